@@ -1,0 +1,1 @@
+"""Numbers from rewards, answers and policies: pure functions on arrays (NumPy and SciPy only)."""

@@ -1,0 +1,168 @@
+"""Means with t intervals, Welch's test, and tests of a two-by-two table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from polite.analysis.numbers import Array, as_json
+
+LEVEL = 0.95
+"""Coverage of every interval."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its 95% interval; infinite bounds where the data cannot bound it."""
+
+    mean: float
+    low: float
+    high: float
+
+    def as_json(self) -> dict[str, Any]:
+        """`{mean, low, high}` with null for an unbounded side."""
+        return {"mean": as_json(self.mean), "low": as_json(self.low), "high": as_json(self.high)}
+
+
+@dataclass(frozen=True)
+class Band:
+    """A curve (E,) with its pointwise 95% t interval over seeds."""
+
+    mean: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class Test:
+    """A test statistic with its two-sided p-value."""
+
+    __test__ = False  # not a test case, whatever pytest makes of the name
+
+    statistic: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a paper prints of a sample."""
+
+    mean: float
+    sd: float
+    count: int
+
+
+def mean_interval(values: Array) -> Estimate:
+    """Mean of n values with its t interval; unbounded for fewer than two values."""
+    values = np.asarray(values, dtype=float)
+    if values.size < 2:
+        return Estimate(float(values.mean()) if values.size else np.nan, -np.inf, np.inf)
+    error = values.std(ddof=1) / np.sqrt(values.size)
+    return _interval(float(values.mean()), float(error), values.size - 1)
+
+
+def paired_difference(first: Array, second: Array) -> Estimate:
+    """Mean of first − second, paired entry by entry (the same seed in both), paired t interval."""
+    return mean_interval(np.asarray(first, dtype=float) - np.asarray(second, dtype=float))
+
+
+def paired_ratio(first: Array, second: Array) -> Estimate:
+    """Geometric mean of first / second, paired entry by entry, t interval of the log ratio."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(np.asarray(first, dtype=float)) - np.log(np.asarray(second, dtype=float))
+    if not np.isfinite(logs).all():
+        return Estimate(np.nan, -np.inf, np.inf)
+    log = mean_interval(logs)
+    with np.errstate(over="ignore"):
+        return Estimate(*(float(np.exp(bound)) for bound in (log.mean, log.low, log.high)))
+
+
+def welch_difference(first: Array, second: Array) -> Estimate:
+    """Mean of first minus mean of second, independent samples, by Welch's t interval.
+
+    With fewer than two values in a sample the interval is unbounded.
+    """
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if min(first.size, second.size) < 1:
+        return Estimate(np.nan, -np.inf, np.inf)
+    gap = float(first.mean() - second.mean())
+    if min(first.size, second.size) < 2:
+        return Estimate(gap, -np.inf, np.inf)
+    parts = np.array([first.var(ddof=1) / first.size, second.var(ddof=1) / second.size])
+    degrees = _welch_degrees(parts, np.array([first.size, second.size]))
+    return _interval(gap, float(np.sqrt(parts.sum())), degrees)
+
+
+def welch_test(first: Summary, second: Summary) -> Test:
+    """Welch's t test from two samples' means, standard deviations and sizes."""
+    parts = np.array([s.sd**2 / s.count for s in (first, second)])
+    gap = first.mean - second.mean
+    if parts.sum() == 0.0:
+        return Test(0.0, 1.0) if gap == 0.0 else Test(float(np.copysign(np.inf, gap)), 0.0)
+    statistic = gap / float(np.sqrt(parts.sum()))
+    degrees = _welch_degrees(parts, np.array([first.count, second.count]))
+    return Test(statistic, float(2 * stats.t.sf(abs(statistic), degrees)))
+
+
+def mean_band(values: Array) -> Band:
+    """Pointwise mean and t interval over seeds: (S, E) -> three curves (E,)."""
+    estimates = [mean_interval(column) for column in np.asarray(values, dtype=float).T]
+    return Band(*(np.array([getattr(e, n) for e in estimates]) for n in ("mean", "low", "high")))
+
+
+def share_interval(count: int, total: int) -> Estimate:
+    """Share count / total with Wilson's interval (1927); it takes the answers as independent."""
+    if total == 0:
+        return Estimate(np.nan, -np.inf, np.inf)
+    interval = stats.binomtest(count, total).proportion_ci(LEVEL, method="wilson")
+    return Estimate(count / total, float(interval.low), float(interval.high))
+
+
+def chi_square(count_1: int, total_1: int, count_2: int, total_2: int, *, yates: bool) -> Test:
+    """Pearson's χ² test of two shares, with or without Yates' continuity correction.
+
+    Two shares that are both 0 or both 1 leave nothing to test: statistic 0, p = 1.
+    """
+    table = np.array([[count_1, total_1 - count_1], [count_2, total_2 - count_2]])
+    if (table.sum(axis=0) == 0).any():
+        return Test(0.0, 1.0)
+    result = stats.chi2_contingency(table, correction=yates)
+    return Test(float(result.statistic), float(result.pvalue))
+
+
+def permutation_test(
+    first: Array, second: Array, rng: np.random.Generator, draws: int = 10_000
+) -> Test:
+    """Difference of the participants' mean rates, against regrouping whole participants at random.
+
+    Answers of one participant depend on one another; participants do not, so they are what is
+    exchanged. p = (1 + draws at least as far from 0) / (1 + draws), two-sided.
+
+    Args:
+        first: (N1,) one rate a participant.
+        second: (N2,) one rate a participant.
+        rng: Draws the regroupings.
+        draws: Number of regroupings.
+    """
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    gap = float(first.mean() - second.mean())
+    everyone = np.tile(np.concatenate([first, second]), (draws, 1))
+    regrouped = rng.permuted(everyone, axis=1)
+    gaps = regrouped[:, : first.size].mean(axis=1) - regrouped[:, first.size :].mean(axis=1)
+    as_far = np.count_nonzero(np.abs(gaps) >= abs(gap) - 1e-12)
+    return Test(gap, float(1 + as_far) / (1 + draws))
+
+
+def _interval(mean: float, error: float, degrees: float) -> Estimate:
+    reach = float(stats.t.ppf((1 + LEVEL) / 2, degrees)) * error
+    return Estimate(mean, mean - reach, mean + reach)
+
+
+def _welch_degrees(parts: Array, counts: Array) -> float:
+    """Welch–Satterthwaite degrees of freedom; parts are the squared errors of the two means."""
+    if parts.sum() == 0.0:
+        return float(counts.sum() - 2)
+    return float(parts.sum() ** 2 / np.sum(parts**2 / (counts - 1)))

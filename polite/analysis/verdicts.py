@@ -1,0 +1,99 @@
+"""How a claim is judged: by where a 95% interval lies against a bound that was set beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from polite.analysis.numbers import as_json
+from polite.analysis.statistics import Estimate
+
+Verdict = Literal["reproduced", "not reproduced", "undecided", "input"]
+Kind = Literal["emergent", "input", "arithmetic"]
+"""What a claim rests on: on what the run computed, on what was put in, or on printed numbers."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One measured quantity of a claim."""
+
+    what: str
+    """The quantity, in words that a caption could use."""
+    estimate: Estimate
+    verdict: Verdict
+    bound: str = ""
+    """What the whole interval has to satisfy, e.g. "> 0"; empty where nothing is judged."""
+    unit: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """The part as one flat dictionary; an unbounded side of the interval is null."""
+        return {
+            "what": self.what,
+            "measured": as_json(self.estimate.mean),
+            "low": as_json(self.estimate.low),
+            "high": as_json(self.estimate.high),
+            "unit": self.unit,
+            "bound": self.bound,
+            "verdict": self.verdict,
+        }
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper, the rule that judges it, and the quantities that the rule reads."""
+
+    id: str
+    kind: Kind
+    text: str
+    published: str
+    rule: str
+    parts: tuple[Part, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """An entry of `claims` in results.json; the numbers on top are the deciding part's."""
+        verdict = combine([part.verdict for part in self.parts])
+        decisive = next(part for part in self.parts if part.verdict == verdict).as_json()
+        heading = {name: asdict(self)[name] for name in ("id", "kind", "text", "published", "rule")}
+        numbers = {name: decisive[name] for name in ("measured", "low", "high", "unit")}
+        parts = [part.as_json() for part in self.parts]
+        return heading | {"verdict": verdict} | numbers | {"parts": parts}
+
+
+def above(what: str, estimate: Estimate, bound: float, unit: str = "") -> Part:
+    """Reproduced when the whole interval lies above the bound; not when all of it lies below."""
+    verdict = _place(estimate, bound, "reproduced", "not reproduced")
+    return Part(what, estimate, verdict, f"> {bound:g}", unit)
+
+
+def below(what: str, estimate: Estimate, bound: float, unit: str = "") -> Part:
+    """Reproduced when the whole interval lies below the bound; not when all of it lies above."""
+    verdict = _place(estimate, bound, "not reproduced", "reproduced")
+    return Part(what, estimate, verdict, f"< {bound:g}", unit)
+
+
+def given(what: str, estimate: Estimate, unit: str = "") -> Part:
+    """A quantity that calibration or design put in: shown, never judged."""
+    return Part(what, estimate, "input", "", unit)
+
+
+def combine(verdicts: Sequence[Verdict]) -> Verdict:
+    """A claim holds when all its parts do, and fails when any one fails.
+
+    Requiring every part to pass its own 5% test keeps the whole at 5% (intersection–union test).
+    """
+    if "not reproduced" in verdicts:
+        return "not reproduced"
+    if "undecided" in verdicts:
+        return "undecided"
+    return "input" if set(verdicts) == {"input"} else "reproduced"
+
+
+def _place(estimate: Estimate, bound: float, over: Verdict, under: Verdict) -> Verdict:
+    if np.isnan([estimate.mean, estimate.low, estimate.high]).any():
+        return "undecided"
+    if estimate.low > bound:
+        return over
+    return under if estimate.high < bound else "undecided"

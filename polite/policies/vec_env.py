@@ -1,0 +1,124 @@
+"""Any Gymnasium vector env, as stable-baselines3 wants it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+
+from polite.types import NotFiniteError, PoliteError
+
+
+class GymnasiumVecEnv(VecEnv):
+    """Steps a vector env that resets ended episodes within the same step.
+
+    Attributes:
+        vector_env: The env beneath.
+        last_info: The vector env's `info` of the last step, arrays for all envs at once.
+    """
+
+    def __init__(self, vector_env: VectorEnv[Any, Any, Any], seed: int) -> None:
+        """Wrap a vector env.
+
+        Args:
+            vector_env: One with `AutoresetMode.SAME_STEP`.
+            seed: Seeds the first reset; env n gets seed + n.
+        """
+        self.render_mode = None
+        super().__init__(
+            vector_env.num_envs, vector_env.single_observation_space, vector_env.single_action_space
+        )
+        self.vector_env = vector_env
+        self.last_info: dict[str, Any] = {}
+        self._seed: int | None = seed
+        self._actions: NDArray[Any] = np.zeros(0)
+
+    def reset(self) -> NDArray[Any]:
+        """Begin an episode in every env; returns (N, n) observations."""
+        observations, self.last_info = self.vector_env.reset(seed=self._seed)
+        self._seed = None
+        return np.asarray(observations)
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Take note of (N, v) actions."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], list[dict[str, Any]]]:
+        """Step all envs.
+
+        Returns:
+            (N, n) observations, (N,) rewards, (N,) whether an episode ended, and for each env a
+            dict, which has `terminal_observation` and `TimeLimit.truncated` where one did.
+
+        Raises:
+            NotFiniteError: The env gave NaN or infinity.
+        """
+        observations, rewards, terminated, truncated, info = self.vector_env.step(self._actions)
+        if not (np.isfinite(observations).all() and np.isfinite(rewards).all()):
+            raise NotFiniteError(
+                "the env gave an observation or reward that is NaN or infinite; check the env"
+            )
+        self.last_info = info
+        ended = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for n in np.flatnonzero(ended):
+            infos[n]["terminal_observation"] = info["final_obs"][n]
+            infos[n]["TimeLimit.truncated"] = bool(truncated[n] and not terminated[n])
+        return np.asarray(observations), np.asarray(rewards, np.float32), ended, infos
+
+    def close(self) -> None:
+        """Close the env beneath."""
+        self.vector_env.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """The same attribute for every env asked for."""
+        return [getattr(self.vector_env, attr_name)] * len(self._indices(indices))
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Not possible: the envs are one object."""
+        raise AttributeError(f"cannot set {attr_name} on envs that are one object")
+
+    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
+        """Not possible: the envs are one object."""
+        raise AttributeError(f"cannot call {method_name} on envs that are one object")
+
+    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
+        """No env is wrapped one by one."""
+        return [False] * len(self._indices(indices))
+
+    def _indices(self, indices: int | Sequence[int] | None) -> list[int]:
+        """The envs meant by stable-baselines3's way to name them."""
+        if indices is None:
+            return list(range(self.num_envs))
+        return [indices] if isinstance(indices, int) else list(indices)
+
+
+def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> GymnasiumVecEnv:
+    """Make `count` envs that step together.
+
+    An env's own vector version is used where it can reset within the same step.
+
+    Raises:
+        PoliteError: The id or a setting is unknown, or the env's actions are not continuous.
+    """
+    try:
+        spec = gym.spec(env_id)
+        if spec.vector_entry_point is not None:
+            env = gym.make_vec(env_id, count, **settings)
+        else:
+            mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
+            env = gym.make_vec(
+                env_id, count, vectorization_mode="sync", vector_kwargs=mode, **settings
+            )
+    except (gym.error.Error, ImportError, TypeError, ValueError) as error:
+        raise PoliteError(f"cannot make {env_id!r}: {error}") from error
+    if not isinstance(env.single_action_space, gym.spaces.Box):
+        raise PoliteError(
+            f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
+        )
+    return GymnasiumVecEnv(env, seed)

@@ -1,0 +1,1 @@
+"""From stored numbers to figures and one self-contained page."""

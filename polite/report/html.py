@@ -1,0 +1,62 @@
+"""The few pieces of HTML that the page is made of; all text is escaped here and only here."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+
+MIME = {".png": "image/png", ".gif": "image/gif"}
+
+
+class Markup(str):
+    """Text that is HTML already; every other string is escaped when it is put into an element."""
+
+    __slots__ = ()
+
+
+def element(name: str, /, *children: str, **attributes: str) -> Markup:
+    """`<name ...>children</name>`; `class_` and `colspan` style names lose their underscores."""
+    inside = "".join(c if isinstance(c, Markup) else escape(c, quote=False) for c in children)
+    return Markup(f"<{name}{_attributes(attributes)}>{inside}</{name}>")
+
+
+def void(name: str, /, **attributes: str) -> Markup:
+    """An element without content, such as `<img ...>`."""
+    return Markup(f"<{name}{_attributes(attributes)}>")
+
+
+def join(parts: Iterable[str], between: str = "") -> Markup:
+    """Several pieces one after another, escaped where they are not HTML yet."""
+    return Markup(between.join(p if isinstance(p, Markup) else escape(p) for p in parts))
+
+
+def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> Markup:
+    """A table with a caption, a head, and row headers in the first column; it scrolls if wide."""
+    top = element("tr", *(element("th", cell, scope="col") for cell in head))
+    body = (
+        element("tr", element("th", row[0], scope="row"), *(element("td", c) for c in row[1:]))
+        for row in rows
+    )
+    inside = element("caption", caption), element("thead", top), element("tbody", *body)
+    frame = {"class_": "scroll", "tabindex": "0", "role": "region", "aria_label": caption}
+    return element("div", element("table", *inside), **frame)
+
+
+def section(identifier: str, title: str, *children: str) -> Markup:
+    """A section of the page with its heading."""
+    return element("section", element("h2", title), *children, id=identifier)
+
+
+def data_uri(path: Path) -> str:
+    """A picture's content as a `data:` address, so that the page needs no other file."""
+    content = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f"data:{MIME[path.suffix]};base64,{content}"
+
+
+def _attributes(attributes: dict[str, str]) -> str:
+    return "".join(
+        f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"'
+        for name, value in attributes.items()
+    )

@@ -1,0 +1,184 @@
+"""One self-contained page from a run's stored numbers: `report.html`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from polite.files import write_atomically
+from polite.report import tables
+from polite.report.captions import CAPTIONS
+from polite.report.example import example_clips
+from polite.report.figures import draw_figures
+from polite.report.findings import findings
+from polite.report.html import Markup, data_uri, element, join, section, void
+from polite.types import PoliteError
+
+Results = Mapping[str, Any]
+
+TITLE = "POLITE user study, replicated"
+SIMULATED = "The participants are simulated."
+
+
+def write_report(folder: Path) -> Path:
+    """Draw the figures of a run and write its page.
+
+    Args:
+        folder: A folder with `results.json` and, if the run kept them, `clips/`.
+
+    Returns:
+        The page, `folder/report.html`; it needs no other file and no network.
+
+    Raises:
+        PoliteError: When results.json is missing, is no JSON, or lacks a key.
+    """
+    results = read_results(folder)
+    try:
+        pictures = draw_figures(results, folder)
+        page = render(results, folder, pictures)
+    except KeyError as missing:
+        raise PoliteError(
+            f"{folder / 'results.json'}: expected the key {missing}, found none; "
+            "was it written by another version? Run `polite replicate` again"
+        ) from missing
+    path = folder / "report.html"
+    write_atomically(path, lambda temporary: temporary.write_text(page, encoding="utf-8"))
+    return path
+
+
+def read_results(folder: Path) -> dict[str, Any]:
+    """The stored numbers of a run.
+
+    Raises:
+        PoliteError: When the file is missing or is no JSON object.
+    """
+    path = folder / "results.json"
+    try:
+        results = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PoliteError(f"{path}: cannot be read ({error.strerror}); is the run done?") from error
+    except ValueError as error:
+        raise PoliteError(
+            f"{path}: expected JSON, {error}; run `polite replicate` again"
+        ) from error
+    if not isinstance(results, dict):
+        raise PoliteError(f"{path}: expected a JSON object, found {type(results).__name__}")
+    return results
+
+
+def render(results: Results, folder: Path, pictures: list[Path]) -> str:
+    """The whole page as text."""
+    style = resources.files("polite.report").joinpath("style.css").read_text(encoding="utf-8")
+    head = element(
+        "head",
+        void("meta", charset="utf-8"),
+        void("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        void("link", rel="icon", href="data:,"),
+        element("title", TITLE),
+        element("style", Markup(style)),
+    )
+    sections = [*_opening(results, folder), *_numbers(results), _closing(results)]
+    sections.insert(3, _figures(pictures))
+    body = element("body", _header(results), element("main", *sections))
+    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+
+
+def _header(results: Results) -> Markup:
+    banner = element(
+        "p",
+        element("strong", SIMULATED),
+        Markup(
+            " No human answered a query in this run. Rates and times that the simulation was "
+            "calibrated to are listed as inputs; only what emerges from them says something about "
+            "the method."
+        ),
+        class_="banner",
+        role="note",
+    )
+    paper = element("p", f"After {results['published']['source']}.", class_="source")
+    return element("header", element("h1", TITLE), paper, banner)
+
+
+def _opening(results: Results, folder: Path) -> list[Markup]:
+    clips = example_clips(results["example"], folder)
+    return [
+        section("findings", "What came out", findings(results)),
+        section("run", "What was run", _run(results)),
+        section("example", "One query", _asked(results["example"]), clips),
+    ]
+
+
+def _asked(example: Mapping[str, Any]) -> Markup:
+    chosen = ("first", "second")[example["preferred"]]
+    text = f"Query {example['query']}: a simulated participant of the POLITE group saw two clips, "
+    text += f"preferred the {chosen}, and could mark one good and one bad window on it."
+    return element("p", text)
+
+
+def _run(results: Results) -> Markup:
+    clips, counts = results["clip_policy"], results["counts"]
+    seen = (
+        ("a person", "share_with_person"),
+        ("the intermittent goal", "share_with_intermittent"),
+        ("the end goal", "share_with_goal"),
+    )
+    facts = {
+        "Preset and seed": f"{results['preset']}, seed {results['seed']}, version "
+        f"{results['version']}",
+        "Training seeds": ", ".join(map(str, results["seeds"])),
+        "Answers": f"{counts['polite']['answers']} for POLITE, "
+        f"{counts['baseline']['answers']} for the baseline, on the same pairs of clips",
+        "Policy that made the clips": f"{clips['steps']:,} PPO steps on the true reward, success "
+        f"rate {clips['success_rate']:.0%}: {clips['why']}",
+        "Clips that show": ", ".join(f"{what} {clips[key]:.0%}" for what, key in seen),
+    }
+    rows = (join([element("dt", name), element("dd", text)]) for name, text in facts.items())
+    return element("dl", *rows)
+
+
+def _figures(pictures: list[Path]) -> Markup:
+    return section("figures", "Figures", *(_figure(path) for path in pictures))
+
+
+def _figure(path: Path) -> Markup:
+    title, caption = CAPTIONS[path.stem]
+    picture = void("img", src=data_uri(path), alt=f"{title}. {caption}", loading="lazy")
+    words = element("figcaption", element("strong", f"{title}. "), caption)
+    return element("figure", picture, words, id=path.stem)
+
+
+def _numbers(results: Results) -> list[Markup]:
+    claims = results["claims"]
+    parts = [
+        section(
+            "claims",
+            "Claims and verdicts",
+            element("p", RULES),
+            tables.claims_table(claims, "emergent", "Claims that emerge from the run."),
+            tables.claims_table(claims, "arithmetic", "Arithmetic on the paper's own numbers."),
+            tables.claims_table(claims, "input", "Claims about inputs: shown, never judged."),
+        ),
+        section("statistics", "Statistics of the answers", tables.statistics_table(results)),
+        section("policies", "Policies and their social metrics", tables.policy_table(results)),
+    ]
+    if results["sensitivity"]:
+        table = tables.sensitivity_table(results["sensitivity"])
+        parts.append(section("sensitivity-table", "Sensitivity", table))
+    return parts
+
+
+RULES = (
+    "The rules are code that was written before the runs. Reproduced: the whole 95% interval "
+    "satisfies the bound, for every part of the claim. Not reproduced: for some part the whole "
+    "interval lies on the other side. Undecided: an interval straddles its bound. Input: put in "
+    "by calibration or design."
+)
+
+
+def _closing(results: Results) -> Markup:
+    settings = element("summary", "All settings")
+    details = element("details", settings, tables.config_table(results["config"]))
+    return section("inputs", "Inputs", tables.inputs_table(results["calibrated"]), details)

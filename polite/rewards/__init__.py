@@ -1,0 +1,1 @@
+"""Reward models: the network, its training, and an ensemble of several."""

@@ -1,0 +1,136 @@
+"""Training a reward model on answers (POLITE, Eq. 6), all pairs of a minibatch at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import ceil
+from typing import Literal
+
+import torch
+from torch import Tensor
+
+from polite.losses import polite_loss, preference_loss, released_preference_loss
+from polite.rewards.data import PreferenceData
+from polite.rewards.network import RewardNet
+from polite.types import InvalidValueError
+
+_PREFERENCE_LOSSES = {"pairwise": preference_loss, "released": released_preference_loss}
+
+
+@dataclass(frozen=True)
+class RewardTrainingConfig:
+    """How a reward model is trained."""
+
+    epochs: int = 100
+    """Passes over all answers."""
+    batch_size: int = 128
+    """Most answers of a minibatch; the minibatches of an epoch are of equal size, give or take one.
+    A hyper-parameter, since preferences are summed over it and highlights averaged."""
+    learning_rate: float = 3e-4
+    """Adam's step size."""
+    weight_decay: float = 0.0
+    """Adam's L2 penalty."""
+    highlight_length: int = 10
+    """L, how many steps a highlight reaches back."""
+    highlight_decay: float = 0.7
+    """λ, the weight that a highlight loses with each step back."""
+    alpha_positive: float = 10.0
+    """α₊, weight of positive highlights; 0 leaves them out."""
+    alpha_negative: float = 10.0
+    """α₋, weight of negative highlights; 0 leaves them out."""
+    preference: Literal["pairwise", "released"] = "pairwise"
+    """Form of L_pref: Eq. 2, or the batch softmax of the authors' release."""
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            InvalidValueError: naming the valid ranges, if a value is outside.
+        """
+        if (
+            min(self.epochs, self.batch_size) < 1
+            or self.learning_rate <= 0
+            or min(self.weight_decay, self.highlight_length) < 0
+            or min(self.alpha_positive, self.alpha_negative) < 0
+            or not 0 <= self.highlight_decay <= 1
+            or self.preference not in _PREFERENCE_LOSSES
+        ):
+            raise InvalidValueError(
+                "expected epochs, batch_size ≥ 1, learning_rate > 0, weight_decay, "
+                "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], preference in "
+                f"{tuple(_PREFERENCE_LOSSES)}, got {self}"
+            )
+
+
+def train_reward(
+    net: RewardNet,
+    data: PreferenceData,
+    config: RewardTrainingConfig,
+    generator: torch.Generator,
+    on_epoch: Callable[[int, RewardNet], object] | None = None,
+) -> None:
+    """Fit the net to the answers, in place. With both α at 0 this is the preference-only baseline.
+
+    Args:
+        net: the reward model, changed in place.
+        data: the answers.
+        config: how to train.
+        generator: source of the batch order and the dropout masks.
+        on_epoch: called after each epoch with its number, from 1, and the net.
+    """
+    optimiser = make_optimiser(net, config)
+    for epoch in range(1, config.epochs + 1):
+        for batch in minibatches(len(data), config.batch_size, generator):
+            segments = data.pairs[batch]
+            rewards = net(data.inputs[segments], generator)  # (B, 2, m)
+            optimiser.zero_grad()
+            batch_loss(rewards, data, batch, config).backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+        if on_epoch is not None:
+            on_epoch(epoch, net)
+
+
+def make_optimiser(module: torch.nn.Module, config: RewardTrainingConfig) -> torch.optim.Adam:
+    """Adam with the config's step size and weight decay."""
+    return torch.optim.Adam(
+        module.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay, fused=True
+    )
+
+
+def minibatches(count: int, batch_size: int, generator: torch.Generator) -> Iterator[Tensor]:
+    """Shuffle 0 … count − 1 and split it into parts of equal size, give or take one."""
+    order = torch.randperm(count, generator=generator)
+    yield from order.tensor_split(ceil(count / batch_size))
+
+
+def batch_loss(
+    rewards: Tensor, data: PreferenceData, batch: Tensor, config: RewardTrainingConfig
+) -> Tensor:
+    """POLITE's Eq. 6 over one minibatch.
+
+    Args:
+        rewards: r̂ along both segments of each answer, (B, 2, m).
+        data: all answers.
+        batch: which of them this minibatch holds, (B,).
+        config: α, λ, L and the form of L_pref.
+
+    Returns:
+        The loss, ().
+    """
+    mask = data.mask[data.pairs[batch]]
+    return polite_loss(
+        rewards[:, 0],
+        rewards[:, 1],
+        mask[:, 0],
+        mask[:, 1],
+        data.mu[batch],
+        data.positive[batch],
+        data.negative[batch],
+        length=config.highlight_length,
+        decay=config.highlight_decay,
+        alpha_positive=config.alpha_positive,
+        alpha_negative=config.alpha_negative,
+        preference=_PREFERENCE_LOSSES[config.preference],
+        marked=data.marked[batch],
+    )

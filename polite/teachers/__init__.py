@@ -1,0 +1,1 @@
+"""Who answers queries: an oracle on a known reward, and simulated participants."""

@@ -1,0 +1,22 @@
+"""A social-navigation corridor for Gymnasium; importing it registers `SocialCorridor-v0`."""
+
+import gymnasium as gym
+
+from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.env import Snapshot, SocialCorridorEnv
+from socialnav_env.vector_env import SocialCorridorVectorEnv
+
+__all__ = [
+    "ConfigError",
+    "CorridorConfig",
+    "Snapshot",
+    "SocialCorridorEnv",
+    "SocialCorridorVectorEnv",
+]
+
+gym.register(
+    id="SocialCorridor-v0",
+    entry_point="socialnav_env.env:SocialCorridorEnv",
+    vector_entry_point="socialnav_env.vector_env:SocialCorridorVectorEnv",
+    max_episode_steps=600,
+)

@@ -1,0 +1,178 @@
+"""Every length, speed and weight of the corridor, with its unit and its source."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+
+class ConfigError(ValueError):
+    """A keyword of the corridor that does not exist or a value that cannot be."""
+
+
+def _number(default: float, low: float, high: float) -> Any:
+    """A field that holds a finite number in [low, high]."""
+    return field(default=default, metadata={"low": low, "high": high})
+
+
+def _count(default: int, low: int, high: int) -> Any:
+    """A field that holds a whole number in [low, high]."""
+    return field(default=default, metadata={"low": low, "high": high, "whole": True})
+
+
+@dataclass(frozen=True, kw_only=True)
+class CorridorConfig:
+    """The corridor, its robot, its people, its task and its reward.
+
+    Each field is a keyword of ``gym.make("SocialCorridor-v0", ...)``. Lengths are metres, times
+    seconds, angles radians. The axis ``z`` runs along the corridor and ``x`` across it, positive
+    to the left of a robot that looks along ``+z``.
+
+    Raises:
+        ConfigError: A value is of another kind, out of its range, or at odds with another one.
+    """
+
+    # --- the scene (POLITE, section V-B and Fig. 5a) ---------------------------------------------
+    half_length: float = _number(15.0, 5.0, 100.0)
+    """Half of the corridor's length [m]; the final wall stands at z = half_length."""
+    half_width: float = _number(3.0, 1.5, 20.0)
+    """Half of the corridor's width [m]."""
+    start_z: float = _number(-14.0, -100.0, 100.0)
+    """Where the robot starts along the corridor [m], give or take half a metre."""
+    intermittent_z: float = _number(-2.5, -100.0, 100.0)
+    """The anchor of the intermittent goal [m]."""
+    goal_z: float = _number(12.0, -100.0, 100.0)
+    """The anchor of the end goal [m]."""
+    intermittent_radius: float = _number(0.8, 0.1, 5.0)
+    """The intermittent goal is collected when the robot's centre is this close [m]."""
+    goal_radius: float = _number(1.0, 0.1, 5.0)
+    """The end goal is reached when the robot's centre is this close [m]."""
+    anchor_jitter: float = _number(2.0, 0.0, 10.0)
+    """Goals and people are drawn within this distance of their anchors on each axis [m]."""
+    num_humans: int = _count(3, 0, 12)
+    """How many people walk; the first three have the paper's anchors z = -10, 5 and 8."""
+
+    # --- time ------------------------------------------------------------------------------------
+    timestep: float = _number(0.05, 0.001, 0.5)
+    """One physics step [s]."""
+    frame_skip: int = _count(2, 1, 100)
+    """Physics steps for each env step, so that dt = timestep * frame_skip."""
+
+    # --- the robot (Pepper, maker's data sheet) --------------------------------------------------
+    robot_radius: float = _number(0.3, 0.05, 1.0)
+    """Radius of the robot's disc [m]."""
+    robot_mass: float = _number(28.0, 1.0, 500.0)
+    """Mass of the robot [kg]."""
+    robot_speed: float = _number(0.83, 0.05, 5.0)
+    """Top forward speed [m/s]; action 0 maps [-1, 1] to [0, robot_speed]."""
+    robot_turn_rate: float = _number(1.0, 0.05, 10.0)
+    """Top turn rate [rad/s]; action 1 maps [-1, 1] to [-robot_turn_rate, robot_turn_rate]."""
+    ray_range: float = _number(6.0, 0.5, 100.0)
+    """How far the nine range rays see [m]."""
+
+    # --- people (social force; Helbing and Molnar 1995) ------------------------------------------
+    human_radius: float = _number(0.3, 0.05, 1.0)
+    """Radius of a person's disc [m]."""
+    human_mass: float = _number(70.0, 1.0, 500.0)
+    """Mass of a person [kg]."""
+    human_speed: float = _number(1.0, 0.05, 5.0)
+    """Mean of the people's preferred walking speed [m/s]."""
+    human_speed_std: float = _number(0.15, 0.0, 1.0)
+    """Standard deviation of the preferred speed [m/s], cut at two of them."""
+    human_roam: float = _number(1.5, 0.0, 30.0)
+    """How far along z a person's waypoints lie from the anchor drawn for the episode [m]."""
+    human_patience: float = _number(8.0, 0.5, 600.0)
+    """A person who has not reached a waypoint after this long turns to the next one [s]."""
+    relaxation_time: float = _number(0.5, 0.05, 5.0)
+    """tau: the time in which a person takes up the wanted velocity [s]."""
+    human_force: float = _number(2.1, 0.0, 50.0)
+    """V0: strength of the repulsion between people [m^2/s^2]."""
+    human_force_range: float = _number(0.3, 0.01, 5.0)
+    """sigma: range of the repulsion between people [m]."""
+    human_foresight: float = _number(0.5, 0.0, 5.0)
+    """Delta t: how far ahead a person foresees another one's way [s]."""
+    wall_force: float = _number(10.0, 0.0, 100.0)
+    """U0: strength of the repulsion from walls [m^2/s^2]."""
+    wall_force_range: float = _number(0.2, 0.01, 5.0)
+    """R: range of the repulsion from walls [m]."""
+    field_of_view: float = _number(math.radians(200.0), 0.0, 2.0 * math.pi)
+    """Whoever is outside this angle counts half in the repulsion [rad]."""
+
+    # --- the true reward -------------------------------------------------------------------------
+    goal_reward: float = _number(1.0, 0.0, 1000.0)
+    """Paid once, on the step that reaches the end goal."""
+    intermittent_reward: float = _number(0.5, 0.0, 1000.0)
+    """Paid once, on the step that collects the intermittent goal."""
+    collision_penalty: float = _number(1.0, 0.0, 1000.0)
+    """Taken when the robot runs into a person or a wall after `contact_memory` free of contact."""
+    contact_penalty: float = _number(0.1, 0.0, 1000.0)
+    """Taken on each further step in contact."""
+    contact_memory: float = _number(0.5, 0.0, 60.0)
+    """A contact this soon after the last one is the same collision [s]."""
+    proximity_penalty: float = _number(0.02, 0.0, 1000.0)
+    """Taken per step and person at touching distance; falls linearly to 0 at `personal_space`."""
+    personal_space: float = _number(1.2, 0.0, 10.0)
+    """Personal space, surface to surface [m] (Hall 1966)."""
+    progress_weight: float = _number(0.1, 0.0, 100.0)
+    """Reward per metre of progress on the way to the next goal (Ng et al. 1999); 0 is sparse."""
+    control_penalty: float = _number(0.001, 0.0, 100.0)
+    """Taken per step times the sum of the squared shares of top speed and top turn rate."""
+
+    # --- the episode -----------------------------------------------------------------------------
+    terminate_on_goal: bool = True
+    """End the episode when the end goal is reached."""
+    terminate_on_collision: bool = True
+    """End the episode at a collision."""
+
+    def __post_init__(self) -> None:
+        """Check every field's kind and range, then the fields against each other."""
+        for item in dataclasses.fields(self):
+            _check(item.name, getattr(self, item.name), item.metadata)
+        for name in ("start_z", "intermittent_z", "goal_z"):
+            limit = self.half_length - self.robot_radius
+            if abs(getattr(self, name)) > limit:
+                raise ConfigError(
+                    f"{name}={getattr(self, name)} lies outside the corridor: "
+                    f"expected a value in [{-limit:g}, {limit:g}] (half_length={self.half_length:g})"
+                )
+
+    @property
+    def dt(self) -> float:
+        """One env step [s]."""
+        return self.timestep * self.frame_skip
+
+    @property
+    def human_top_speed(self) -> float:
+        """Nobody walks faster than this [m/s]: 1.3 times the fastest preferred speed."""
+        return 1.3 * (self.human_speed + 2.0 * self.human_speed_std)
+
+    @classmethod
+    def from_keywords(cls, **keywords: Any) -> CorridorConfig:
+        """Make a config from keywords.
+
+        Raises:
+            ConfigError: A keyword is unknown; the message lists the valid ones.
+        """
+        valid = [item.name for item in dataclasses.fields(cls)]
+        unknown = sorted(set(keywords) - set(valid))
+        if unknown:
+            raise ConfigError(
+                f"unknown keyword {', '.join(unknown)}; "
+                f"valid are render_mode, render_width, {', '.join(valid)}"
+            )
+        return cls(**keywords)
+
+
+def _check(name: str, value: Any, metadata: Any) -> None:
+    """Raise ConfigError unless the value is of its field's kind and in its range."""
+    if not metadata:
+        if not isinstance(value, bool):
+            raise ConfigError(f"{name}={value!r}: expected True or False")
+        return
+    kind = "a whole number" if metadata.get("whole") else "a number"
+    number = isinstance(value, int if metadata.get("whole") else (int, float))
+    low, high = metadata["low"], metadata["high"]
+    if isinstance(value, bool) or not number or not low <= value <= high:
+        raise ConfigError(f"{name}={value!r}: expected {kind} in [{low:g}, {high:g}]")

@@ -1,0 +1,337 @@
+"""SocialCorridor-v0: a world of one, as a Gymnasium env."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import EzPickle
+from numpy.typing import ArrayLike, NDArray
+
+from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.kernels import FloatArray
+from socialnav_env.metrics import METRICS
+from socialnav_env.mujoco_face import (
+    CorridorData,
+    bodies_from,
+    corridor_model,
+    positions,
+    velocities,
+)
+from socialnav_env.rendering import Scene, Window, draw_scene
+from socialnav_env.reward import TERMS
+from socialnav_env.state import State
+from socialnav_env.world import World
+
+RENDER_MODES = ("human", "rgb_array")
+FRAMES_PER_SECOND = round(1.0 / CorridorConfig().dt)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A moment of an episode, to go on from exactly.
+
+    Attributes:
+        state: People, goals, flags, tallies and bodies.
+        generator: State of the env's random generator, which the next reset draws from.
+    """
+
+    state: State
+    generator: dict[str, Any]
+
+
+def scene_from_row(row: ArrayLike, trail: ArrayLike = ()) -> Scene:
+    """A picture's content from a row of `State.scene_rows`.
+
+    Args:
+        row: (9 + 4 H,).
+        trail: (K, 2) the robot's way so far, x and z [m].
+    """
+    values = np.asarray(row, dtype=np.float64)
+    return Scene(
+        robot=values[:3],
+        collected=bool(values[3]),
+        reached=bool(values[4]),
+        goals=values[5:9].reshape(2, 2),
+        people=values[9:].reshape(-1, 4),
+        trail=np.asarray(trail, dtype=np.float64).reshape(-1, 2),
+    )
+
+
+class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
+    """A Pepper-like robot goes through a corridor in which people walk.
+
+    ## Description
+    The corridor is 30 m long and 6 m wide. The robot starts at its lower end (z around -14), may
+    collect an intermittent goal (z around -2.5) and has to reach the end goal (z around 12). Three
+    people walk around z = -10, 5 and 8 under a social force; they see the robot and evade it. The
+    scene is that of the user study in the POLITE paper (Holk, Marta, Leite, ICRA 2024). Bodies,
+    walls and contacts are pymunk's.
+
+    ## Action Space
+    `Box(-1, 1, (2,), float32)`; values outside are clipped.
+
+    | Index | Quantity | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | forward speed; -1 stands, 1 is `robot_speed` | -1 (0) | 1 (0.83) | m/s |
+    | 1 | turn rate, positive to the left (+x) | -1 (-1) | 1 (1) | rad/s |
+
+    ## Observation Space
+    `Box(low, high, (24 + 4 H,), float64)` for H people (36 by default). Relative quantities are in
+    the robot's frame: forward, then left. D is twice the diagonal from the centre to a corner,
+    V = `robot_speed` + 1.3 (`human_speed` + 2 `human_speed_std`).
+
+    | Index | Quantity | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | robot's x | -3 | 3 | m |
+    | 1 | robot's z | -15 | 15 | m |
+    | 2 | cosine of its heading (1 looks along +z) | -1 | 1 | - |
+    | 3 | sine of its heading (1 looks along +x) | -1 | 1 | - |
+    | 4 | its forward velocity | -V | V | m/s |
+    | 5 | its velocity to the left (only when pushed) | -V | V | m/s |
+    | 6 | its turn rate | -1 | 1 | rad/s |
+    | 7 | distance to the intermittent goal | 0 | D | m |
+    | 8, 9 | cosine and sine of its bearing (cosine 1 is ahead, sine 1 is left) | -1 | 1 | - |
+    | 10 | 1 when it has been collected | 0 | 1 | - |
+    | 11 | distance to the end goal | 0 | D | m |
+    | 12, 13 | cosine and sine of its bearing | -1 | 1 | - |
+    | 14 | 1 when it has been reached | 0 | 1 | - |
+    | 15 + 4 i, 16 + 4 i | person i's position, relative | -D | D | m |
+    | 17 + 4 i, 18 + 4 i | person i's velocity, relative | -2 V | 2 V | m/s |
+    | 15 + 4 H ... 23 + 4 H | nine ranges from -90 to 90 degrees, from the centre | 0 | 6 | m |
+
+    ## Rewards
+    The reward is the sum of these terms, all of them in `info`.
+
+    | Key | Value |
+    |---|---|
+    | `reward_goal` | `goal_reward` (1), once, on the step that reaches the end goal |
+    | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
+    | `reward_collision` | -`collision_penalty` (1) when a contact begins, -`contact_penalty` (0.1) on each further step of it |
+    | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person nearer than 1.2 m |
+    | `reward_progress` | `progress_weight` (0.1) times the metres gained on the way to the next goal |
+    | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
+
+    ## Info
+    The reward terms; `x_position`, `z_position` [m], `x_velocity`, `z_velocity` [m/s]; `collision`
+    (a collision began in this step); and the running social metrics that
+    `socialnav_env.metrics.METRICS` defines.
+
+    ## Starting State
+    The robot stands at z = `start_z` within 0.5 m, x within 1 m, heading within 0.3 rad of the
+    corridor's axis. Goals and people are drawn within `anchor_jitter` of their anchors. Nobody
+    overlaps.
+
+    ## Episode End
+    The episode terminates at the end goal (`terminate_on_goal`) and at a collision
+    (`terminate_on_collision`). It is truncated after 600 steps (60 s) by `TimeLimit`, never by the
+    env.
+
+    ## Arguments
+    Every field of `socialnav_env.config.CorridorConfig`, `render_mode` (`"human"`, `"rgb_array"`)
+    and `render_width` (pixels).
+
+    ## MuJoCo face
+    `dt`, `frame_skip`, `init_qpos`, `init_qvel`, `data.qpos/qvel/time/ctrl`, `model.nq/nv/nu`,
+    `set_state(qpos, qvel)`, `state_vector()`, `do_simulation(ctrl, n_frames)`, `reset_model()`.
+    `get_snapshot()` and `set_snapshot()` restore exactly.
+
+    ## Version History
+    * v0: first version.
+    """  # noqa: E501 (a Markdown table row is one line)
+
+    metadata: ClassVar[dict[str, Any]] = {
+        "render_modes": list(RENDER_MODES),
+        "render_fps": FRAMES_PER_SECOND,
+    }
+
+    def __init__(
+        self, *, render_mode: str | None = None, render_width: int = 960, **settings: Any
+    ) -> None:
+        """Build the corridor.
+
+        Args:
+            render_mode: None, "human" or "rgb_array".
+            render_width: Width of a picture [px].
+            **settings: Fields of CorridorConfig.
+
+        Raises:
+            ConfigError: An unknown or impossible keyword.
+        """
+        EzPickle.__init__(self, render_mode=render_mode, render_width=render_width, **settings)
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise ConfigError(f"render_mode={render_mode!r}: expected None or one of {RENDER_MODES}")
+        if not (isinstance(render_width, int) and 64 <= render_width <= 4096):
+            raise ConfigError(f"render_width={render_width!r}: expected a whole number in [64, 4096]")
+        self.config = CorridorConfig.from_keywords(**settings)
+        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.config.dt)}
+        self.render_mode = render_mode
+        self.render_width = render_width
+        self.world = World(self.config, 1)
+        self.observation_space = gym.spaces.Box(self.world.low, self.world.high, dtype=np.float64)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), dtype=np.float32)  # type: ignore[assignment]
+        self.data = CorridorData(self.world)
+        self.model = corridor_model(self.world)
+        self.frame_skip = self.config.frame_skip
+        self._trail: list[tuple[float, float]] = []
+        self._window: Window | None = None
+        self._begun = False
+
+    # --- Gymnasium -------------------------------------------------------------------------------
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[FloatArray, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Seeds the env's generator.
+            options: None are known.
+
+        Raises:
+            ConfigError: An unknown option.
+        """
+        super().reset(seed=seed)
+        if options:
+            raise ConfigError(f"unknown reset option {', '.join(sorted(options))}; none are known")
+        observation = self.reset_model()
+        if self.render_mode == "human":
+            self.render()
+        return observation, self._info()
+
+    def step(
+        self, action: ArrayLike
+    ) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
+        """Advance by `dt`.
+
+        Args:
+            action: (2,) forward and turn in [-1, 1].
+
+        Raises:
+            ValueError: The action has another shape or is not finite.
+            gymnasium.error.ResetNeeded: No episode has begun.
+        """
+        if not self._begun:
+            raise gym.error.ResetNeeded("call reset() before step()")
+        self.world.step(_one_action(action))
+        self._leave_trail()
+        info = self._info()
+        total: float = sum(info[term] for term in TERMS)
+        if self.render_mode == "human":
+            self.render()
+        return self.world.observe()[0], total, bool(self.world.terminated()[0]), False, info
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """Draw the present moment: an (h, w, 3) array, or a frame in the window."""
+        if self.render_mode is None:
+            gym.logger.warn("render() needs a render_mode: gym.make(..., render_mode='rgb_array')")
+            return None
+        frame = self.render_state(self.state_row(), self._trail)
+        if self.render_mode == "rgb_array":
+            return frame
+        self._window = self._window or Window()
+        self._window.show(frame, self.metadata["render_fps"])
+        return None
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    # --- states as numbers, pictures from numbers ------------------------------------------------
+
+    def state_row(self) -> FloatArray:
+        """(9 + 4 H,) what a picture of the present moment needs (`State.scene_rows`)."""
+        return self.world.state.scene_rows()[0]
+
+    def render_state(self, row: ArrayLike, trail: ArrayLike = ()) -> NDArray[np.uint8]:
+        """Draw a recorded moment; the env itself is not changed.
+
+        Args:
+            row: (9 + 4 H,) from `state_row`.
+            trail: (K, 2) the robot's way so far, x and z [m].
+        """
+        return draw_scene(scene_from_row(row, trail), self.config, self.render_width)
+
+    def get_snapshot(self) -> Snapshot:
+        """The present moment, to go on from exactly."""
+        return Snapshot(self.world.state.copy(), self.np_random.bit_generator.state)
+
+    def set_snapshot(self, snapshot: Snapshot) -> None:
+        """Go on from a snapshot: the same actions then give bit-identical results.
+
+        Raises:
+            ValueError: The snapshot is of a corridor with another number of people.
+        """
+        self.world.restore(snapshot.state)
+        self.np_random.bit_generator.state = snapshot.generator
+        self._trail = []
+        self._begun = True
+        self._leave_trail()
+
+    # --- MuJoCo ----------------------------------------------------------------------------------
+
+    @property
+    def dt(self) -> float:
+        """One env step [s]."""
+        return self.config.dt
+
+    def reset_model(self) -> FloatArray:
+        """Draw a new start; returns the observation."""
+        self.world.begin(0, self.np_random)
+        self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
+        self._trail = []
+        self._begun = True
+        self._leave_trail()
+        return self.world.observe()[0]
+
+    def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
+        """Place every body as MuJoCo's does; goals, flags, people's ways and time stay.
+
+        Args:
+            qpos: (nq,) robot's x, z, heading, then each person's x, z.
+            qvel: (nv,) their derivatives.
+
+        Raises:
+            ValueError: A wrong shape, or a number that is not finite.
+        """
+        self.world.place(0, bodies_from(qpos, qvel, self.config.num_humans))
+
+    def state_vector(self) -> FloatArray:
+        """(nq + nv,) qpos and qvel."""
+        return np.concatenate([positions(self.world), velocities(self.world)])
+
+    def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
+        """Run physics steps with an action, without reward or observation."""
+        self.world.simulate(_one_action(ctrl), n_frames)
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _info(self) -> dict[str, Any]:
+        """Reward terms, MuJoCo keys and metrics of the last step, in fresh objects."""
+        world = self.world
+        info: dict[str, Any] = dict(zip(TERMS, world.terms[0].tolist(), strict=True))
+        z, x, _, vz, vx, _ = world.state.bodies[0, 0].tolist()
+        info.update(x_position=x, z_position=z, x_velocity=vx, z_velocity=vz)
+        info["collision"] = bool(world.collided[0])
+        info.update(zip(METRICS, world.metrics()[0].tolist(), strict=True))
+        return info
+
+    def _leave_trail(self) -> None:
+        """Remember where the robot is, when pictures are wanted."""
+        if self.render_mode is not None:
+            z, x = self.world.state.bodies[0, 0, :2].tolist()
+            self._trail.append((x, z))
+
+
+def _one_action(action: ArrayLike) -> FloatArray:
+    """(1, 2) float64, or a ValueError that says what is wrong."""
+    actions = np.array(action, dtype=np.float64)
+    if actions.shape != (2,):
+        raise ValueError(f"action: expected shape (2,), got {actions.shape}")
+    if not np.isfinite(actions).all():
+        raise ValueError(f"action: expected finite numbers, got {actions}")
+    return actions[None]

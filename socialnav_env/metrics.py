@@ -1,0 +1,214 @@
+"""Social-navigation metrics of an episode, kept up step by step.
+
+Names and definitions follow Francis et al., Principles and guidelines for evaluating social robot
+navigation algorithms (2023), Habitat and HuNavSim. Distances between robot and person are surface
+to surface.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from socialnav_env.config import CorridorConfig
+from socialnav_env.kernels import BoolArray, FloatArray, kernel
+
+METRICS = {
+    "success": "1 once the end goal is reached (S)",
+    "intermittent": "1 once the intermittent goal is collected",
+    "collisions": "collisions begun, with people or walls",
+    "human_collisions": "steps in contact with a person (HC)",
+    "wall_collisions": "steps in contact with a wall (WC)",
+    "time_to_goal": "seconds until the end goal; the time so far while it is not reached (T) [s]",
+    "path_length": "length of the robot's path (PL) [m]",
+    "spl": "success weighted by path length, S * l / max(path, l), l the straight way (SPL)",
+    "stalled_time": "time slower than 0.05 m/s (ST) [s]",
+    "min_human_distance": "smallest distance to a person, surface to surface (DH_min) [m]",
+    "personal_space_compliance": "share of steps with nobody inside `personal_space` (PSC)",
+    "min_time_to_collision": "smallest time to touch an approaching person at constant velocities, "
+    "at most 10 s (TTC) [s]",
+    "speed_mean": "mean speed (V) [m/s]",
+    "speed_max": "largest speed [m/s]",
+    "acceleration_mean": "mean norm of the velocity's difference quotient (A) [m/s^2]",
+    "acceleration_max": "largest one [m/s^2]",
+    "jerk_mean": "mean norm of the acceleration's difference quotient (J) [m/s^3]",
+    "jerk_max": "largest one [m/s^3]",
+    "path_irregularity": "summed change of heading per metre of path [rad/m]",
+}
+"""Key in `info` -> definition; the order is that of the columns that `summarise` writes."""
+
+STALLED_SPEED = 0.05
+"""Slower than this is stalled [m/s] (Francis et al. 2023)."""
+TIME_HORIZON = 10.0
+"""Longest time to collision that is told apart [s]."""
+NO_ONE = 100.0
+"""`min_human_distance` in a corridor without people [m]: finite, so that JSON can hold it."""
+
+(
+    STEPS, HUMAN_CONTACT, WALL_CONTACT, COLLISIONS, GOAL_STEPS, PATH, STALLED, NEAREST, INTRUDED,
+    TTC, SPEED_SUM, SPEED_MAX, ACC_SUM, ACC_MAX, JERK_SUM, JERK_MAX, TURNED, STRAIGHT,
+    LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX, LAST_AZ, LAST_AX, NUM_TALLIES,
+) = range(26)  # fmt: skip
+"""Columns of the tallies, from which the metrics follow."""
+
+
+class MetricParameters(NamedTuple):
+    """What the kernels need of CorridorConfig, in its units."""
+
+    dt: float
+    robot_radius: float
+    human_radius: float
+    goal_radius: float
+    personal_space: float
+
+
+def metric_parameters(config: CorridorConfig) -> MetricParameters:
+    """Pick the kernels' parameters from the config."""
+    return MetricParameters(
+        config.dt,
+        config.robot_radius,
+        config.human_radius,
+        config.goal_radius,
+        config.personal_space,
+    )
+
+
+@kernel
+def time_to_touch(dz: float, dx: float, vz: float, vx: float, reach: float) -> float:
+    """Time [s] until two discs touch at constant velocities, TIME_HORIZON if they do not.
+
+    Args:
+        dz: From one centre to the other, along z [m].
+        dx: The same across [m].
+        vz: The other's velocity relative to the first [m/s].
+        vx: The same across [m/s].
+        reach: Sum of the radii [m].
+    """
+    gap = dz * dz + dx * dx - reach * reach
+    closing = dz * vz + dx * vx
+    if gap <= 0.0:
+        return 0.0
+    if closing >= 0.0:
+        return TIME_HORIZON
+    speed = vz * vz + vx * vx
+    under_root = closing * closing - speed * gap
+    if under_root < 0.0:
+        return TIME_HORIZON
+    return min(TIME_HORIZON, gap / (-closing + math.sqrt(under_root)))
+
+
+@kernel
+def start_tallies(body: FloatArray, goal: FloatArray, p: MetricParameters) -> FloatArray:
+    """(NUM_TALLIES,) tallies of an episode that starts now.
+
+    Args:
+        body: (6,) the robot.
+        goal: (2,) the end goal, z, x.
+        p: Parameters.
+    """
+    tally = np.zeros(NUM_TALLIES)
+    tally[NEAREST] = NO_ONE
+    tally[TTC] = TIME_HORIZON
+    tally[GOAL_STEPS] = -1.0
+    straight = math.hypot(goal[0] - body[0], goal[1] - body[1]) - p.goal_radius
+    tally[STRAIGHT] = max(straight, 0.0)
+    tally[LAST_Z], tally[LAST_X], tally[LAST_ANGLE] = body[0], body[1], body[2]
+    tally[LAST_VZ], tally[LAST_VX] = body[3], body[4]
+    return tally
+
+
+@kernel
+def count_step(
+    bodies: FloatArray,
+    flags: BoolArray,
+    contacts: BoolArray,
+    collided: BoolArray,
+    p: MetricParameters,
+    tallies: FloatArray,
+) -> None:
+    """Add one step to the tallies of N corridors.
+
+    Args:
+        bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular after the step; robot first.
+        flags: (N, 2) collected, reached.
+        contacts: (N, 2) the robot touched a person, a wall, in this step.
+        collided: (N,) a new collision happened.
+        p: Parameters.
+        tallies: (N, NUM_TALLIES) updated.
+    """
+    reach = p.robot_radius + p.human_radius
+    for n in range(bodies.shape[0]):
+        tally = tallies[n]
+        z, x, angle = bodies[n, 0, 0], bodies[n, 0, 1], bodies[n, 0, 2]
+        vz, vx = bodies[n, 0, 3], bodies[n, 0, 4]
+        tally[STEPS] += 1.0
+        tally[HUMAN_CONTACT] += 1.0 if contacts[n, 0] else 0.0
+        tally[WALL_CONTACT] += 1.0 if contacts[n, 1] else 0.0
+        tally[COLLISIONS] += 1.0 if collided[n] else 0.0
+        if flags[n, 1] and tally[GOAL_STEPS] < 0.0:
+            tally[GOAL_STEPS] = tally[STEPS]
+
+        nearest = NO_ONE
+        for h in range(1, bodies.shape[1]):
+            dz, dx = bodies[n, h, 0] - z, bodies[n, h, 1] - x
+            nearest = min(nearest, math.hypot(dz, dx) - reach)
+            touch = time_to_touch(dz, dx, bodies[n, h, 3] - vz, bodies[n, h, 4] - vx, reach)
+            tally[TTC] = min(tally[TTC], touch)
+        tally[NEAREST] = min(tally[NEAREST], max(nearest, 0.0))
+        tally[INTRUDED] += 1.0 if nearest < p.personal_space else 0.0
+
+        speed = math.hypot(vz, vx)
+        az, ax = (vz - tally[LAST_VZ]) / p.dt, (vx - tally[LAST_VX]) / p.dt
+        acceleration = math.hypot(az, ax)
+        jerk = math.hypot(az - tally[LAST_AZ], ax - tally[LAST_AX]) / p.dt
+        if tally[STEPS] < 1.5:
+            jerk = 0.0  # no acceleration is known before the first step
+        tally[PATH] += math.hypot(z - tally[LAST_Z], x - tally[LAST_X])
+        tally[STALLED] += p.dt if speed < STALLED_SPEED else 0.0
+        tally[SPEED_SUM] += speed
+        tally[SPEED_MAX] = max(tally[SPEED_MAX], speed)
+        tally[ACC_SUM] += acceleration
+        tally[ACC_MAX] = max(tally[ACC_MAX], acceleration)
+        tally[JERK_SUM] += jerk
+        tally[JERK_MAX] = max(tally[JERK_MAX], jerk)
+        tally[TURNED] += abs(angle - tally[LAST_ANGLE])
+        tally[LAST_Z], tally[LAST_X], tally[LAST_ANGLE] = z, x, angle
+        tally[LAST_VZ], tally[LAST_VX], tally[LAST_AZ], tally[LAST_AX] = vz, vx, az, ax
+
+
+@kernel
+def summarise(tallies: FloatArray, flags: BoolArray, p: MetricParameters, out: FloatArray) -> None:
+    """Write the metrics of N corridors, in the order of METRICS.
+
+    Args:
+        tallies: (N, NUM_TALLIES).
+        flags: (N, 2) collected, reached.
+        p: Parameters.
+        out: (N, len(METRICS)) written.
+    """
+    for n in range(tallies.shape[0]):
+        tally = tallies[n]
+        row = out[n]
+        steps = max(tally[STEPS], 1.0)
+        row[0] = 1.0 if flags[n, 1] else 0.0
+        row[1] = 1.0 if flags[n, 0] else 0.0
+        row[2] = tally[COLLISIONS]
+        row[3] = tally[HUMAN_CONTACT]
+        row[4] = tally[WALL_CONTACT]
+        row[5] = p.dt * (tally[GOAL_STEPS] if flags[n, 1] else tally[STEPS])
+        row[6] = tally[PATH]
+        longest = max(tally[PATH], tally[STRAIGHT])
+        row[7] = row[0] * tally[STRAIGHT] / longest if longest > 0.0 else row[0]
+        row[8] = tally[STALLED]
+        row[9] = tally[NEAREST]
+        row[10] = 1.0 - tally[INTRUDED] / steps
+        row[11] = tally[TTC]
+        row[12] = tally[SPEED_SUM] / steps
+        row[13] = tally[SPEED_MAX]
+        row[14] = tally[ACC_SUM] / steps
+        row[15] = tally[ACC_MAX]
+        row[16] = tally[JERK_SUM] / max(tally[STEPS] - 1.0, 1.0)
+        row[17] = tally[JERK_MAX]
+        row[18] = tally[TURNED] / tally[PATH] if tally[PATH] > 1e-9 else 0.0

@@ -1,0 +1,143 @@
+"""From the state of a corridor to what the robot observes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from socialnav_env.config import CorridorConfig
+from socialnav_env.kernels import BoolArray, FloatArray, kernel
+
+NUM_RAYS = 9
+"""Range rays, evenly spread from -90 to 90 degrees of the heading (the paper's code has nine)."""
+HEAD = 15
+"""Entries before the people: pose, velocity, both goals and their flags."""
+PER_HUMAN = 4
+"""Entries for each person: relative position and velocity."""
+
+
+class ObservationParameters(NamedTuple):
+    """What the kernel needs of CorridorConfig, in its units."""
+
+    half_length: float
+    half_width: float
+    human_radius: float
+    ray_range: float
+
+
+def observation_parameters(config: CorridorConfig) -> ObservationParameters:
+    """Pick the kernel's parameters from the config."""
+    return ObservationParameters(
+        config.half_length, config.half_width, config.human_radius, config.ray_range
+    )
+
+
+def observation_size(num_humans: int) -> int:
+    """Length of one observation."""
+    return HEAD + PER_HUMAN * num_humans + NUM_RAYS
+
+
+def observation_bounds(config: CorridorConfig) -> tuple[FloatArray, FloatArray]:
+    """(n,) lowest and highest value of each entry; the order is the env's observation table."""
+    speed = config.robot_speed + config.human_top_speed
+    diagonal = 2.0 * math.hypot(config.half_length, config.half_width)
+    robot = [config.half_width, config.half_length, 1.0, 1.0, speed, speed, config.robot_turn_rate]
+    goals = [diagonal, 1.0, 1.0, 1.0] * 2
+    person = [diagonal, diagonal, 2.0 * speed, 2.0 * speed]
+    high = np.array(
+        robot + goals + person * config.num_humans + [config.ray_range] * NUM_RAYS, dtype=np.float64
+    )
+    low = -high
+    low[[7, 10, 11, 14]] = 0.0
+    low[-NUM_RAYS:] = 0.0
+    return low, high
+
+
+@kernel
+def ray_length(
+    bodies: FloatArray, cos: float, sin: float, p: ObservationParameters
+) -> float:
+    """Distance [m] from the robot's centre along (cos, sin) to the first wall or person.
+
+    Args:
+        bodies: (1 + H, 6) one corridor's bodies, the robot first.
+        cos: The ray's z part.
+        sin: The ray's x part.
+        p: Parameters.
+    """
+    z, x = bodies[0, 0], bodies[0, 1]
+    length = p.ray_range
+    if abs(cos) > 1e-12:
+        length = min(length, (math.copysign(p.half_length, cos) - z) / cos)
+    if abs(sin) > 1e-12:
+        length = min(length, (math.copysign(p.half_width, sin) - x) / sin)
+    for h in range(1, bodies.shape[0]):
+        dz = bodies[h, 0] - z
+        dx = bodies[h, 1] - x
+        along = dz * cos + dx * sin
+        across = dz * sin - dx * cos
+        half_chord = p.human_radius * p.human_radius - across * across
+        if along > 0.0 and half_chord >= 0.0:
+            length = min(length, along - math.sqrt(half_chord))
+    return max(length, 0.0)
+
+
+@kernel
+def observe(
+    bodies: FloatArray,
+    goals: FloatArray,
+    flags: BoolArray,
+    low: FloatArray,
+    high: FloatArray,
+    p: ObservationParameters,
+    out: FloatArray,
+) -> None:
+    """Write N observations.
+
+    Relative quantities are in the robot's frame: forward, then left. Entries are clipped to the
+    Box: only a robot that is being pushed can reach its velocity bounds.
+
+    Args:
+        bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
+        goals: (N, 2, 2) intermittent and end goal, z, x.
+        flags: (N, 2) collected, reached.
+        low: (n,) lower bounds.
+        high: (n,) upper bounds.
+        p: Parameters.
+        out: (N, n) written.
+    """
+    for n in range(bodies.shape[0]):
+        z, x, angle = bodies[n, 0, 0], bodies[n, 0, 1], bodies[n, 0, 2]
+        vz, vx = bodies[n, 0, 3], bodies[n, 0, 4]
+        cos, sin = math.cos(angle), math.sin(angle)
+        row = out[n]
+        row[0] = x
+        row[1] = z
+        row[2] = cos
+        row[3] = sin
+        row[4] = vz * cos + vx * sin
+        row[5] = vx * cos - vz * sin
+        row[6] = bodies[n, 0, 5]
+        for g in range(2):
+            dz, dx = goals[n, g, 0] - z, goals[n, g, 1] - x
+            distance = math.hypot(dz, dx)
+            row[7 + 4 * g] = distance
+            row[8 + 4 * g] = (dz * cos + dx * sin) / distance if distance > 0.0 else 1.0
+            row[9 + 4 * g] = (dx * cos - dz * sin) / distance if distance > 0.0 else 0.0
+            row[10 + 4 * g] = 1.0 if flags[n, g] else 0.0
+        at = HEAD
+        for h in range(1, bodies.shape[1]):
+            dz, dx = bodies[n, h, 0] - z, bodies[n, h, 1] - x
+            dvz, dvx = bodies[n, h, 3] - vz, bodies[n, h, 4] - vx
+            row[at] = dz * cos + dx * sin
+            row[at + 1] = dx * cos - dz * sin
+            row[at + 2] = dvz * cos + dvx * sin
+            row[at + 3] = dvx * cos - dvz * sin
+            at += PER_HUMAN
+        for ray in range(NUM_RAYS):
+            turn = math.pi * (ray / (NUM_RAYS - 1) - 0.5)
+            row[at + ray] = ray_length(bodies[n], math.cos(angle + turn), math.sin(angle + turn), p)
+        for i in range(row.shape[0]):
+            row[i] = min(max(row[i], low[i]), high[i])

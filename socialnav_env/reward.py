@@ -1,0 +1,141 @@
+"""The true reward: a sum of named terms."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from socialnav_env.config import CorridorConfig
+from socialnav_env.kernels import BoolArray, FloatArray, IntArray, kernel
+
+TERMS = (
+    "reward_goal",
+    "reward_intermittent",
+    "reward_collision",
+    "reward_proximity",
+    "reward_progress",
+    "reward_control",
+)
+"""Columns of the reward array, and their keys in `info`."""
+
+
+class RewardParameters(NamedTuple):
+    """What the kernels need of CorridorConfig, in its units."""
+
+    robot_radius: float
+    human_radius: float
+    intermittent_radius: float
+    goal_radius: float
+    goal_reward: float
+    intermittent_reward: float
+    collision_penalty: float
+    contact_penalty: float
+    memory_steps: int
+    proximity_penalty: float
+    personal_space: float
+    progress_weight: float
+    control_penalty: float
+
+
+def reward_parameters(config: CorridorConfig) -> RewardParameters:
+    """Pick the kernels' parameters from the config."""
+    names = [name for name in RewardParameters._fields if name != "memory_steps"]
+    values = {name: getattr(config, name) for name in names}
+    return RewardParameters(memory_steps=round(config.contact_memory / config.dt), **values)
+
+
+@kernel
+def remaining_way(body: FloatArray, goals: FloatArray, flags: BoolArray) -> float:
+    """Metres of the straight way that are left; minus the potential of `reward_progress`.
+
+    The way leads over the intermittent goal while that one is uncollected and still ahead. A
+    function of the state alone, so that the term is potential-based shaping (Ng et al. 1999, with
+    discount 1): over an episode it sums to the weight times the metres gained.
+
+    Args:
+        body: (6,) the robot.
+        goals: (2, 2) intermittent and end goal, z, x.
+        flags: (2,) collected, reached.
+    """
+    if flags[1]:
+        return 0.0
+    z, x = body[0], body[1]
+    if not flags[0] and z < goals[0, 0]:
+        first = math.hypot(goals[0, 0] - z, goals[0, 1] - x)
+        return first + math.hypot(goals[1, 0] - goals[0, 0], goals[1, 1] - goals[0, 1])
+    return math.hypot(goals[1, 0] - z, goals[1, 1] - x)
+
+
+@kernel
+def proximity_share(distance: float, personal_space: float) -> float:
+    """1 at touching distance, falling linearly to 0 at the edge of personal space.
+
+    Args:
+        distance: Surface to surface [m].
+        personal_space: Its radius, surface to surface [m].
+    """
+    if distance >= personal_space:
+        return 0.0
+    return 1.0 - max(distance, 0.0) / personal_space
+
+
+@kernel
+def reward(
+    bodies: FloatArray,
+    goals: FloatArray,
+    flags: BoolArray,
+    contacts: BoolArray,
+    actions: FloatArray,
+    contact_free: IntArray,
+    remaining: FloatArray,
+    p: RewardParameters,
+    terms: FloatArray,
+    collided: BoolArray,
+) -> None:
+    """Write the reward terms of N corridors and update what has been collected.
+
+    Args:
+        bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular after the step; robot first.
+        goals: (N, 2, 2) intermittent and end goal, z, x.
+        flags: (N, 2) collected, reached; updated.
+        contacts: (N, 2) the robot touched a person, a wall, in this step.
+        actions: (N, 2) clipped to [-1, 1].
+        contact_free: (N,) steps since the last contact; updated.
+        remaining: (N,) metres left before the step; updated.
+        p: Parameters.
+        terms: (N, 6) written, in the order of TERMS.
+        collided: (N,) written: a new collision happened.
+    """
+    for n in range(bodies.shape[0]):
+        robot = bodies[n, 0]
+        for i in range(terms.shape[1]):
+            terms[n, i] = 0.0
+
+        if not flags[n, 1]:
+            if math.hypot(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1]) <= p.goal_radius:
+                flags[n, 1] = True
+                terms[n, 0] = p.goal_reward
+        if not flags[n, 0]:
+            away = math.hypot(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
+            if away <= p.intermittent_radius:
+                flags[n, 0] = True
+                terms[n, 1] = p.intermittent_reward
+
+        collided[n] = False
+        if contacts[n, 0] or contacts[n, 1]:
+            collided[n] = contact_free[n] >= p.memory_steps
+            terms[n, 2] = -p.collision_penalty if collided[n] else -p.contact_penalty
+            contact_free[n] = 0
+        else:
+            contact_free[n] += 1
+
+        for h in range(1, bodies.shape[1]):
+            centres = math.hypot(bodies[n, h, 0] - robot[0], bodies[n, h, 1] - robot[1])
+            gap = centres - p.robot_radius - p.human_radius
+            terms[n, 3] -= p.proximity_penalty * proximity_share(gap, p.personal_space)
+
+        left = remaining_way(robot, goals[n], flags[n])
+        terms[n, 4] = p.progress_weight * (remaining[n] - left)
+        remaining[n] = left
+        forward = 0.5 * (actions[n, 0] + 1.0)
+        terms[n, 5] = -p.control_penalty * (forward**2 + actions[n, 1] ** 2)

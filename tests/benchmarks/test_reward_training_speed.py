@@ -1,0 +1,99 @@
+"""Pairs per second of the trainer against the loop over pairs that one would write first."""
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+from torch.nn.functional import logsigmoid
+
+from polite.rewards.data import stack_feedback
+from polite.rewards.network import FAST, PAPER, RewardNet
+from polite.rewards.trainer import RewardTrainingConfig, minibatches, train_reward
+from polite.segments import uniform_pairs
+from polite.teachers.oracle import Oracle
+from polite.types import SegmentPool
+
+PAIRS, SEGMENTS, STEPS, OBSERVATION, ACTION = 256, 200, 50, 35, 2
+ONE_EPOCH = RewardTrainingConfig(epochs=1)
+
+
+@pytest.fixture(scope="module")
+def data():
+    rng = np.random.default_rng(0)
+    pool = SegmentPool(
+        observations=rng.normal(size=(SEGMENTS, STEPS, OBSERVATION)),
+        actions=rng.uniform(-1, 1, (SEGMENTS, STEPS, ACTION)),
+        rewards=rng.normal(size=(SEGMENTS, STEPS)),
+        states=np.zeros((SEGMENTS, STEPS, 1)),
+        lengths=np.full(SEGMENTS, STEPS),
+        trajectory=np.zeros(SEGMENTS),
+        start=np.zeros(SEGMENTS),
+    )
+    queries = uniform_pairs(PAIRS, rng, pool)
+    oracle = Oracle(length=ONE_EPOCH.highlight_length)
+    return stack_feedback(pool, queries, oracle.answer_queries(pool, queries, rng))
+
+
+@pytest.fixture
+def one_thread():
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.mark.parametrize(("preset", "target"), [(FAST, 10.0), (PAPER, 1.5)], ids=["32x32", "256x3"])
+def test_pairs_per_second_against_a_loop_over_pairs(benchmark, one_thread, data, preset, target):
+    generator = torch.Generator().manual_seed(0)
+    net = RewardNet(OBSERVATION, ACTION, preset, generator)
+    loop = plain_net(preset)
+    optimiser = torch.optim.Adam(loop.parameters(), lr=ONE_EPOCH.learning_rate)
+    benchmark.pedantic(
+        train_reward, args=(net, data, ONE_EPOCH, generator), rounds=5, warmup_rounds=1
+    )
+    seconds = min(timed(train_loop, loop, optimiser, data, generator) for _ in range(3))
+    benchmark.extra_info["pairs_per_second"] = PAIRS / benchmark.stats.stats.min
+    benchmark.extra_info["loop_pairs_per_second"] = PAIRS / seconds
+    benchmark.extra_info["ratio"] = ratio = seconds / benchmark.stats.stats.min
+    print(f"\n{preset.hidden}: {PAIRS / benchmark.stats.stats.min:.0f} pairs/s, ×{ratio:.1f}")
+    assert ratio >= target
+
+
+def plain_net(preset):
+    layers, size = [], OBSERVATION + ACTION
+    for units, probability in zip(preset.hidden, preset.dropout, strict=True):
+        layers += [nn.Linear(size, units), nn.LeakyReLU()]
+        layers += [nn.Dropout(probability)] if probability else []
+        size = units
+    return nn.Sequential(*layers, nn.Linear(size, 1), nn.Tanh(), nn.Flatten(0))
+
+
+def train_loop(net, optimiser, data, generator):
+    """One epoch of the same loss over the same minibatches, one pair after another."""
+    decays = ONE_EPOCH.highlight_decay ** torch.arange(ONE_EPOCH.highlight_length + 1)
+    for batch in minibatches(len(data), ONE_EPOCH.batch_size, generator):
+        preferences, marks = [], {+1: [], -1: []}
+        for i in batch.tolist():
+            both = [net(data.inputs[segment]) for segment in data.pairs[i]]
+            difference = both[0].sum() - both[1].sum()
+            preferences += [
+                -data.mu[i, 0] * logsigmoid(difference) - data.mu[i, 1] * logsigmoid(-difference)
+            ]
+            for sign, anchor in ((+1, int(data.positive[i])), (-1, int(data.negative[i]))):
+                if anchor >= 0:
+                    window = both[data.marked[i]][: anchor + 1].flip(0)[: len(decays)]
+                    marks[sign] += [-sign * (window * decays[: len(window)]).sum()]
+        loss = torch.stack(preferences).sum()
+        loss = loss + ONE_EPOCH.alpha_positive * torch.stack(marks[+1]).mean()
+        loss = loss + ONE_EPOCH.alpha_negative * torch.stack(marks[-1]).mean()
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+
+
+def timed(function, *args):
+    start = perf_counter()
+    function(*args)
+    return perf_counter() - start

@@ -1,0 +1,127 @@
+import gc
+import weakref
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from polite.segments import (
+    count_starts,
+    cut_segment,
+    cut_segments,
+    disagreement_pairs,
+    uniform_pairs,
+)
+from polite.types import InvalidValueError, Query, ShapeError, Trajectory
+
+
+def trajectory(steps, first=0.0):
+    """Every array tells its step, so that a cut shows where it came from."""
+    values = first + np.arange(steps, dtype=float)
+    return Trajectory(values[:, None], values[:, None], values, values[:, None], False)
+
+
+def pool_of(size):
+    return cut_segments([trajectory(size)], 1, size, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize(("steps", "starts"), [(1, 1), (4, 1), (5, 1), (6, 2), (9, 5)])
+def test_an_episode_has_one_start_for_each_whole_segment_and_at_least_one(steps, starts):
+    assert count_starts(steps, 5) == starts
+
+
+def test_every_start_is_drawn_the_last_one_included():
+    pool = cut_segments([trajectory(9)], 5, 5, np.random.default_rng(0))
+    assert sorted(pool.start) == [0, 1, 2, 3, 4]
+    assert pool.rewards.max() == 8
+
+
+def test_starts_are_drawn_uniformly():
+    trajectories, rng = [trajectory(6), trajectory(3), trajectory(5)], np.random.default_rng(0)
+    drawn = Counter(
+        (int(pool.trajectory[0]), int(pool.start[0]))
+        for pool in (cut_segments(trajectories, 5, 1, rng) for _ in range(4000))
+    )
+    assert set(drawn) == {(0, 0), (0, 1), (1, 0), (2, 0)}
+    assert all(abs(count / 4000 - 1 / 4) < 0.03 for count in drawn.values())
+
+
+def test_rows_stay_aligned():
+    pool = cut_segments([trajectory(30), trajectory(40, 100.0)], 5, 20, np.random.default_rng(1))
+    expected = (pool.start + 100 * pool.trajectory)[:, None] + np.arange(5)
+    np.testing.assert_array_equal(pool.rewards, expected)
+    for array in (pool.observations, pool.actions, pool.states):
+        np.testing.assert_array_equal(array[..., 0], expected)
+
+
+def test_an_episode_that_ends_early_gives_one_short_segment():
+    pool = cut_segments([trajectory(3, 10.0)], 5, 1, np.random.default_rng(0))
+    np.testing.assert_array_equal(pool.lengths, [3])
+    np.testing.assert_array_equal(pool.rewards, [[10, 11, 12, 0, 0]])
+    np.testing.assert_array_equal(pool.returns, [33])
+
+
+def test_more_segments_than_there_are_repeat():
+    pool = cut_segments([trajectory(5)], 4, 10, np.random.default_rng(0))
+    assert len(pool) == 10 and set(pool.start) == {0, 1}
+
+
+def test_equal_seeds_cut_equal_segments():
+    pools = [cut_segments([trajectory(50)], 5, 9, np.random.default_rng(3)) for _ in range(2)]
+    np.testing.assert_array_equal(pools[0].start, pools[1].start)
+
+
+def test_a_segment_does_not_keep_its_trajectory_alive():
+    source = trajectory(100)
+    watched = [weakref.ref(getattr(source, n)) for n in ("observations", "actions", "rewards")]
+    segment = cut_segment(source, 0, 10, 5)
+    del source
+    gc.collect()
+    assert [reference() for reference in watched] == [None] * 3 and len(segment) == 5
+
+
+@pytest.mark.parametrize(("length", "count"), [(0, 1), (5, 0), (-1, 1)])
+def test_impossible_cuts_are_refused(length, count):
+    with pytest.raises(InvalidValueError, match=f"length {length}, count {count}"):
+        cut_segments([trajectory(5)], length, count, np.random.default_rng(0))
+    with pytest.raises(InvalidValueError, match="0 trajectories"):
+        cut_segments([], 5, 1, np.random.default_rng(0))
+
+
+@given(st.integers(2, 40), st.integers(0, 60), st.integers(0, 2**32 - 1))
+def test_pairs_are_valid_and_repeat_only_when_all_were_drawn(size, count, seed):
+    queries = uniform_pairs(count, np.random.default_rng(seed), pool_of(size))
+    assert len(queries) == count
+    assert all(min(q.first, q.second) >= 0 and max(q.first, q.second) < size for q in queries)
+    times = Counter(frozenset((q.first, q.second)) for q in queries)
+    pairs = size * (size - 1) // 2
+    assert max(times.values(), default=0) <= -(-count // pairs)
+
+
+def test_all_ordered_pairs_are_equally_likely():
+    rng, pool = np.random.default_rng(0), pool_of(4)
+    drawn = Counter((q.first, q.second) for _ in range(6000) for q in uniform_pairs(1, rng, pool))
+    assert len(drawn) == 12
+    assert all(abs(count / 6000 - 1 / 12) < 0.015 for count in drawn.values())
+
+
+def test_a_pool_of_one_has_no_pairs():
+    with pytest.raises(InvalidValueError, match="at least 2 segments, got 1"):
+        uniform_pairs(1, np.random.default_rng(0), pool_of(1))
+
+
+def test_disagreement_chooses_the_disputed_pairs():
+    candidates = [Query(0, 1), Query(0, 2), Query(1, 2), Query(2, 3)]
+    probabilities = np.array([[0.9, 0.1, 0.5, 0.6], [0.9, 0.9, 0.5, 0.4]])
+    assert disagreement_pairs(candidates, probabilities, 2) == [candidates[1], candidates[3]]
+    assert disagreement_pairs(candidates, np.ones((3, 4)), 4) == candidates  # ties keep their order
+
+
+def test_disagreement_refuses_what_does_not_fit():
+    candidates = [Query(0, 1), Query(0, 2)]
+    with pytest.raises(ShapeError, match=r"expected \(K, 2\), got \(2, 3\)"):
+        disagreement_pairs(candidates, np.zeros((2, 3)), 1)
+    with pytest.raises(InvalidValueError, match="at least 3 candidates, got 2"):
+        disagreement_pairs(candidates, np.zeros((2, 2)), 3)
