@@ -162,9 +162,13 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """
         EzPickle.__init__(self, render_mode=render_mode, render_width=render_width, **settings)
         if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ConfigError(f"render_mode={render_mode!r}: expected None or one of {RENDER_MODES}")
+            raise ConfigError(
+                f"render_mode={render_mode!r}: expected None or one of {RENDER_MODES}"
+            )
         if not (isinstance(render_width, int) and 64 <= render_width <= 4096):
-            raise ConfigError(f"render_width={render_width!r}: expected a whole number in [64, 4096]")
+            raise ConfigError(
+                f"render_width={render_width!r}: expected a whole number in [64, 4096]"
+            )
         self.config = CorridorConfig.from_keywords(**settings)
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.config.dt)}
         self.render_mode = render_mode
@@ -201,9 +205,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
             self.render()
         return observation, self._info()
 
-    def step(
-        self, action: ArrayLike
-    ) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
+    def step(self, action: ArrayLike) -> tuple[FloatArray, float, bool, bool, dict[str, Any]]:
         """Advance by `dt`.
 
         Args:

@@ -56,9 +56,7 @@ def observation_bounds(config: CorridorConfig) -> tuple[FloatArray, FloatArray]:
 
 
 @kernel
-def ray_length(
-    bodies: FloatArray, cos: float, sin: float, p: ObservationParameters
-) -> float:
+def ray_length(bodies: FloatArray, cos: float, sin: float, p: ObservationParameters) -> float:
     """Distance [m] from the robot's centre along (cos, sin) to the first wall or person.
 
     Args:

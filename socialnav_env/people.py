@@ -84,7 +84,9 @@ def repulsion(
     ahead = max(math.hypot(ahead_z, ahead_x), 1e-6)
     total = near + ahead
     b = 0.5 * math.sqrt(max(total * total - stride_z * stride_z - stride_x * stride_x, 1e-8))
-    strength = p.human_force / p.human_force_range * math.exp(min(reach - b, 0.0) / p.human_force_range)
+    strength = (
+        p.human_force / p.human_force_range * math.exp(min(reach - b, 0.0) / p.human_force_range)
+    )
     strength *= total / (4.0 * b)
     return (
         strength * (dz / near + ahead_z / ahead),

@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from socialnav_env import drawing
 from socialnav_env.config import CorridorConfig
-from socialnav_env.drawing import Figure, Scene, SceneError, View, view_of, world_to_pixel
+from socialnav_env.drawing import Figure
+from socialnav_env.scene import (
+    WALL_THICKNESS,
+    Scene,
+    SceneError,
+    View,
+    breadcrumbs,
+    view_of,
+    walking_heading,
+    world_to_pixel,
+)
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 import pygame  # after the line above, or its greeting ends up in other programs' output
@@ -104,7 +114,7 @@ def _trail(scene: Scene, config: CorridorConfig, view: View) -> Iterator[Stamp]:
     # Clipped, because a point set far outside would ask for dots without end.
     edge = np.array([config.half_width, config.half_length])
     inside = np.clip(scene.trail, -edge, edge)
-    points, freshness = drawing.breadcrumbs(inside, DOT_SPACING, TRAIL_REACH)
+    points, freshness = breadcrumbs(inside, DOT_SPACING, TRAIL_REACH)
     opacities = 16 * np.ceil(12 * freshness).astype(int)
     for (x, z), opacity in zip(points.tolist(), opacities.tolist(), strict=True):
         yield from _stamp(drawing.crumb_figure(DOT_RADIUS, opacity), x, z, 0.0, view)
@@ -114,7 +124,7 @@ def _people(scene: Scene, config: CorridorConfig, view: View) -> Iterator[Stamp]
     """Everyone who walks, looking where they go."""
     for index, (x, z, vx, vz) in enumerate(scene.people.tolist()):
         figure = drawing.person_figure(config.human_radius, _colour(index))
-        yield from _stamp(figure, x, z, drawing.walking_heading(vx, vz), view)
+        yield from _stamp(figure, x, z, walking_heading(vx, vz), view)
 
 
 def _robot(scene: Scene, config: CorridorConfig, view: View) -> Iterator[Stamp]:
@@ -186,7 +196,7 @@ def _background(config: CorridorConfig, width: int) -> pygame.Surface:
 
 def _paint_corridor(canvas: pygame.Surface, config: CorridorConfig, view: View) -> None:
     """Four walls around a floor of tiles, a metre each."""
-    length, width, wall = config.half_length, config.half_width, drawing.WALL_THICKNESS
+    length, width, wall = config.half_length, config.half_width, WALL_THICKNESS
     canvas.fill(WALL, _rectangle(view, width + wall, length + wall))
     canvas.fill(FLOOR, _rectangle(view, width, length))
     for z in range(1 - math.ceil(length), math.ceil(length)):
@@ -206,7 +216,7 @@ def _rectangle(
 
 def _paint_axis(canvas: pygame.Surface, config: CorridorConfig, view: View) -> None:
     """Ticks along z with their labels, beneath the corridor."""
-    top = view.row + view.scale * (config.half_width + drawing.WALL_THICKNESS)
+    top = view.row + view.scale * (config.half_width + WALL_THICKNESS)
     step = next((step for step in (5, 10, 20) if step * view.scale >= 3 * view.font), 50)
     last = step * math.floor(config.half_length / step)
     for z in range(-last, last + 1, step):
@@ -220,7 +230,7 @@ def _paint_scale_bar(canvas: pygame.Surface, config: CorridorConfig, view: View)
     """A bar of five metres in the lower right corner."""
     right = view.column + view.scale * config.half_length
     left = right - 5 * view.scale
-    row = view.row + view.scale * (config.half_width + drawing.WALL_THICKNESS) + 2.05 * view.font
+    row = view.row + view.scale * (config.half_width + WALL_THICKNESS) + 2.05 * view.font
     cap, thick = round(0.6 * view.font), round(0.16 * view.font)
     canvas.fill(LETTERS, (round(left), round(row) - thick // 2, round(right - left), thick))
     for end in (left, right - thick):

@@ -45,6 +45,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
                 raise ConfigError(f"{name}={value!r}: expected a whole number of at least 1")
         self.config = CorridorConfig.from_keywords(**settings)
         self.num_envs = num_envs
+        self.render_mode = None
         self.max_episode_steps = max_episode_steps
         self.world = World(self.config, num_envs)
         self.single_observation_space = gym.spaces.Box(

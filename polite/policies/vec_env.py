@@ -29,7 +29,6 @@ class GymnasiumVecEnv(VecEnv):
             vector_env: One with `AutoresetMode.SAME_STEP`.
             seed: Seeds the first reset; env n gets seed + n.
         """
-        self.render_mode = None
         super().__init__(
             vector_env.num_envs, vector_env.single_observation_space, vector_env.single_action_space
         )

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from socialnav_env import drawing
 from socialnav_env.config import CorridorConfig
 from socialnav_env.rendering import Scene, SceneError, Window, draw_scene, world_to_pixel
+from socialnav_env.scene import breadcrumbs, walking_heading
 
 CONFIG = CorridorConfig()
 GOALS = np.array([[0.3, -2.5], [-0.5, 12.0]])
@@ -177,11 +178,11 @@ def test_a_full_turn_changes_nothing():
 
 
 def test_walking_heading_follows_the_velocity_and_defaults_down_the_corridor():
-    assert drawing.walking_heading(0.0, 1.0) == 0.0
-    assert drawing.walking_heading(1.0, 0.0) == pytest.approx(math.pi / 2)
-    assert drawing.walking_heading(-1.0, 1.0) == pytest.approx(-math.pi / 4)
-    assert drawing.walking_heading(0.0, 0.0) == math.pi
-    assert drawing.walking_heading(0.01, 0.01) == math.pi
+    assert walking_heading(0.0, 1.0) == 0.0
+    assert walking_heading(1.0, 0.0) == pytest.approx(math.pi / 2)
+    assert walking_heading(-1.0, 1.0) == pytest.approx(-math.pi / 4)
+    assert walking_heading(0.0, 0.0) == math.pi
+    assert walking_heading(0.01, 0.01) == math.pi
 
 
 def test_a_person_turns_with_the_velocity():
@@ -219,16 +220,16 @@ def test_the_markers_differ_in_more_than_colour():
 
 def test_breadcrumbs_are_evenly_spaced_and_stay_where_they_are_as_the_trail_grows():
     trail = np.array([[0.0, 0.0], [0.0, 1.0], [3.0, 5.0], [3.0, 5.0], [0.0, 9.0]])  # 1 + 5 + 5 m
-    points, freshness = drawing.breadcrumbs(trail, 0.5, 22.0)
+    points, freshness = breadcrumbs(trail, 0.5, 22.0)
     assert len(points) == 22
     np.testing.assert_allclose(points[:4], [[0, 0], [0, 0.5], [0, 1], [0.3, 1.4]], atol=1e-12)
     np.testing.assert_allclose(freshness, 1.0 - (11.0 - 0.5 * np.arange(22)) / 22.0)
-    longer, _ = drawing.breadcrumbs(np.vstack([trail, [0.0, 12.0]]), 0.5, 22.0)
+    longer, _ = breadcrumbs(np.vstack([trail, [0.0, 12.0]]), 0.5, 22.0)
     np.testing.assert_allclose(longer[:22], points, atol=1e-12)
 
 
 def test_breadcrumbs_further_back_than_their_reach_are_left_out():
-    points, freshness = drawing.breadcrumbs(np.array([[0.0, 0.0], [0.0, 10.0]]), 1.0, 4.0)
+    points, freshness = breadcrumbs(np.array([[0.0, 0.0], [0.0, 10.0]]), 1.0, 4.0)
     np.testing.assert_allclose(points[:, 1], [6, 7, 8, 9])
     np.testing.assert_allclose(freshness, [0, 0.25, 0.5, 0.75])
 

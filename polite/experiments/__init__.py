@@ -1,0 +1,1 @@
+"""Whole experiments: the user-study replication and what runs it."""

@@ -1,0 +1,234 @@
+"""From the stages' results to the numbers of `results.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polite.analysis.answers import chi_square_part, times_part
+from polite.analysis.claims import judge
+from polite.analysis.divergence import kl_part
+from polite.analysis.published import PUBLISHED
+from polite.analysis.quality import policy_difference_part
+from polite.analysis.reward_map import map_2d_part, profile, reward_map_part
+from polite.experiments.study_config import as_dict
+from polite.experiments.study_stages import CONDITIONS, MODELS, POLICIES, Study, load_arrays
+from polite.experiments.study_world import (
+    FLOOR_PEOPLE,
+    FLOOR_X,
+    FLOOR_Z,
+    MapStates,
+    derive,
+    floor_plan,
+    scene_settings,
+)
+from polite.policies.policy import load_policy
+from polite.teachers.participants import calibrated_inputs, total_minutes
+from polite.types import Answer
+from socialnav_env import CorridorConfig
+
+Results = dict[str, Any]
+DISTANCES = np.linspace(0.0, 26.0, 27)
+"""Bins of the distance to a goal [m]."""
+OFFSETS = np.linspace(-5.0, 5.0, 41)
+"""Bins of the signed distance along z to a person or a goal [m]."""
+
+
+def assemble(study: Study, preset: str, stages: Results) -> Results:
+    """All of `results.json`.
+
+    Args:
+        study: The run, with its stages' files on disk.
+        preset: Its preset's name.
+        stages: The stages' results: `clips`, `study`, `rewards` (per seed), `policies`
+            (per condition and seed), `sensitivity`.
+    """
+    config = study.config
+    results: Results = {
+        "version": _version(),
+        "preset": preset,
+        "config": as_dict(config),
+        "seed": study.seed,
+        "seeds": list(range(config.seeds)),
+        "simulated": True,
+        "published": PUBLISHED,
+        "scene": _scene(study),
+        "clip_policy": _clip_policy(stages),
+        "sensitivity": stages["sensitivity"],
+        "reward_quality": {
+            name: {key: [row[name][key] for row in stages["rewards"]] for key in _QUALITY}
+            for name in MODELS
+        },
+    }
+    results |= _answers(study) | _maps(study) | _policies(study, stages["policies"])
+    results["claims"] = judge(results)
+    return results
+
+
+_QUALITY = ("pair_accuracy", "correlation")
+
+
+def _version() -> str:
+    """The installed version of this project."""
+    try:
+        return version("socialnav-polite")
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def _scene(study: Study) -> Results:
+    """Where walls, goals and people are, for the figures."""
+    world = CorridorConfig(**scene_settings(study.config))
+    return {
+        "half_length": world.half_length,
+        "half_width": world.half_width,
+        "intermittent": [0.0, world.intermittent_z],
+        "goal": [0.0, world.goal_z],
+        "intermittent_radius": world.intermittent_radius,
+        "goal_radius": world.goal_radius,
+        "people": [list(place) for place in FLOOR_PEOPLE],
+        "anchor_jitter": world.anchor_jitter,
+    }
+
+
+def _clip_policy(stages: Results) -> Results:
+    """How far the clip-making policy was trained, and what its clips show."""
+    clips, shown = stages["clips"], stages["study"]
+    why = (
+        f"stopped at {clips['steps']} PPO steps, where it reaches the end goal in "
+        f"{clips['success_rate']:.0%} of episodes and collides in {clips['collision_rate']:.0%}: "
+        "its clips show goals and people, good passages and clumsy ones"
+    )
+    return {
+        "steps": clips["steps"],
+        "why": why,
+        "success_rate": clips["success_rate"],
+        "collision_rate": clips["collision_rate"],
+    } | shown
+
+
+def _answers(study: Study) -> Results:
+    """What the participants said, and what had been put into them."""
+    answers = {name: study.feedback(name).answers for name in CONDITIONS}
+    counts = {name: _count(group) for name, group in answers.items()}
+    people = study.config.participants
+    skipped = {
+        name: np.bincount([a.participant for a in group if a.preferred is None], minlength=people)
+        for name, group in answers.items()
+    }
+    minutes = {name: total_minutes(answers[name], CONDITIONS[name]) for name in CONDITIONS}
+    rng = np.random.default_rng(derive(study.seed, "permutation"))
+    expressed = max(counts["polite"]["expressed"], 1)
+    return {
+        "queries": {name: len(group) for name, group in answers.items()},
+        "participants": dict.fromkeys(CONDITIONS, people),
+        "calibrated": {
+            f"{name}: {key}": value
+            for name, population in CONDITIONS.items()
+            for key, value in calibrated_inputs(population).items()
+        },
+        "counts": counts,
+        "no_preference_rate": {
+            name: count["no_preference"] / count["answers"] for name, count in counts.items()
+        },
+        "highlight_rate": {
+            sign: counts["polite"][sign] / expressed for sign in ("positive", "negative")
+        },
+        "chi_square": chi_square_part(
+            skipped["polite"], skipped["baseline"], CONDITIONS["polite"].answers, rng
+        ),
+        "times": times_part(minutes["polite"], minutes["baseline"]),
+    }
+
+
+def _count(answers: Sequence[Answer]) -> dict[str, int]:
+    """How often what was answered."""
+    expressed = sum(answer.preferred is not None for answer in answers)
+    return {
+        "answers": len(answers),
+        "expressed": expressed,
+        "no_preference": len(answers) - expressed,
+        "positive": sum(answer.positive is not None for answer in answers),
+        "negative": sum(answer.negative is not None for answer in answers),
+    }
+
+
+def _maps(study: Study) -> Results:
+    """Reward against place and distance, and the divergence over the epochs."""
+    states, floor = MapStates.load(study.arrays_path("map_states")), floor_plan(study.config)
+    runs = [load_arrays(study.arrays_path(f"rewards-{k}")) for k in range(study.config.seeds)]
+    epochs = {name: np.stack([run[f"{name}_epochs"] for run in runs]) for name in MODELS}
+    on_floor = {name: np.stack([run[f"{name}_floor"] for run in runs]) for name in CONDITIONS}
+    final = {name: epochs[name][:, -1].astype(np.float64) for name in CONDITIONS}
+    world = CorridorConfig()
+    z_edges = np.linspace(-world.half_length, world.half_length, FLOOR_Z + 1)
+    x_edges = np.linspace(-world.half_width, world.half_width, FLOOR_X + 1)
+    offsets = {
+        "person_offset": states.person_offset,
+        "intermittent_offset": states.goal_offset(0),
+        "goal_offset": states.goal_offset(1),
+    }
+    distances = {
+        "goal_distance": states.goal_distance(1),
+        "nearest_goal_distance": np.minimum(states.goal_distance(0), states.goal_distance(1)),
+    }
+    parts: Results = {
+        "reward_map": {c: reward_map_part(states.z, r, z_edges) for c, r in final.items()},
+        "reward_map_2d": {
+            c: map_2d_part(floor.x, floor.z, r, x_edges, z_edges) for c, r in on_floor.items()
+        },
+    }
+    for name, offset in offsets.items():
+        parts[name] = {
+            c: profile(offset, r, OFFSETS).as_json("offset") for c, r in final.items()
+        }
+    for name, distance in distances.items():
+        parts[name] = {
+            c: profile(distance, (r + 1.0) / 2.0, DISTANCES).as_json("distance")
+            for c, r in final.items()
+        }
+    parts["kl"] = kl_part(
+        np.arange(epochs["polite"].shape[1]),
+        epochs["polite"],
+        epochs["baseline"],
+        np.roll(epochs["baseline"], 1, axis=0),
+        epochs["null_shuffled"],
+    )
+    return parts
+
+
+def _policies(study: Study, stages: dict[str, list[Results]]) -> Results:
+    """The policies' figures, learning curves, and how far their actions differ."""
+    seeds = list(range(study.config.seeds))
+    rates = ("return", "success_rate", "collision_rate", "intermittent_rate")
+    policy: Results = {}
+    curves: Results = {}
+    for name in POLICIES:
+        rows = stages[name]
+        policy[name] = {"seeds": seeds} | {rate: [row[rate] for row in rows] for rate in rates}
+        policy[name]["metrics"] = {
+            metric: [row["metrics"][metric] for row in rows] for metric in rows[0]["metrics"]
+        }
+        curves[name] = {
+            key: [row["curve"][key] for row in rows]
+            for key in ("return", "success_rate", "collision_rate")
+        }
+        curves[name]["steps"] = rows[0]["curve"]["steps"]
+    states = MapStates.load(study.arrays_path("map_states"))
+    actions = {name: _mean_actions(study, name, states) for name in CONDITIONS}
+    difference = policy_difference_part(actions["polite"], actions["baseline"])
+    return {"policy": policy, "curves": curves, "policy_difference": difference}
+
+
+def _mean_actions(study: Study, name: str, states: MapStates) -> NDArray[np.float64]:
+    """(S, M, v) the policies' most likely actions on the shared states."""
+    return np.stack(
+        [
+            load_policy(study.policy_path(name, k)).mean_action(states.observations)
+            for k in range(study.config.seeds)
+        ]
+    ).astype(np.float64)

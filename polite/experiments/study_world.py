@@ -1,0 +1,173 @@
+"""The replication's scene: its envs, and the states on which reward models are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from polite.experiments.study_config import StudyConfig
+from polite.files import write_atomically
+from polite.policies.policy import GaussianPolicy
+from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
+from polite.rollouts import collect
+from socialnav_env import SocialCorridorEnv
+from socialnav_env.layout import PAPER_ANCHORS
+
+ENV_ID = "SocialCorridor-v0"
+FLOOR_PEOPLE = ((1.2, PAPER_ANCHORS[0]), (-1.2, PAPER_ANCHORS[1]), (1.2, PAPER_ANCHORS[2]))
+"""Where people stand on the floor plan: x, z [m]."""
+FLOOR_X, FLOOR_Z = 13, 60
+"""Cells of the floor plan."""
+START_PLACES = 15
+"""Places along the corridor from which the map's states are collected."""
+STATE_STEPS, STATE_ENVS = 80, 10
+"""Steps and corridors for each of them."""
+
+
+def scene_settings(config: StudyConfig) -> dict[str, Any]:
+    """Keywords of the study's corridor: fixed horizon, anchors nearly fixed."""
+    return {
+        "anchor_jitter": config.anchor_jitter,
+        "terminate_on_goal": False,
+        "terminate_on_collision": False,
+    }
+
+
+def study_env(config: StudyConfig, count: int, seed: int, **further: Any) -> GymnasiumVecEnv:
+    """`count` corridors of the study that step together."""
+    settings = scene_settings(config) | further
+    return make_vec_env(ENV_ID, count, seed, max_episode_steps=config.horizon, **settings)
+
+
+def derive(seed: int, *names: str | int) -> int:
+    """A seed of its own for each purpose, from the run's seed."""
+    words = [n if isinstance(n, int) else int.from_bytes(n.encode(), "big") for n in names]
+    return int(np.random.SeedSequence([seed, *words]).generate_state(1)[0] >> 1)
+
+
+@dataclass(frozen=True, eq=False)
+class MapStates:
+    """M states, spread evenly over z, with the action that the clip-making policy took.
+
+    Attributes:
+        observations: (M, n).
+        actions: (M, v).
+        states: (M, k) rows of `socialnav_env.state.State.scene_rows`.
+    """
+
+    observations: NDArray[np.float32]
+    actions: NDArray[np.float32]
+    states: NDArray[np.float64]
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """(M,) the robot's lateral position [m]."""
+        return self.states[:, 0]
+
+    @property
+    def z(self) -> NDArray[np.float64]:
+        """(M,) the robot's position along the corridor [m]."""
+        return self.states[:, 1]
+
+    def goal_offset(self, which: int) -> NDArray[np.float64]:
+        """(M,) robot's z minus that of the intermittent (0) or the end goal (1) [m]."""
+        return self.z - self.states[:, 6 + 2 * which]
+
+    def goal_distance(self, which: int) -> NDArray[np.float64]:
+        """(M,) distance to the intermittent (0) or the end goal (1) [m]."""
+        goal = self.states[:, 5 + 2 * which : 7 + 2 * which]
+        return np.asarray(np.linalg.norm(self.states[:, :2] - goal, axis=1))
+
+    @property
+    def person_offset(self) -> NDArray[np.float64]:
+        """(M,) robot's z minus that of the nearest person [m]."""
+        people = self.states[:, 9:].reshape(len(self.states), -1, 4)
+        distances = np.linalg.norm(people[..., :2] - self.states[:, None, :2], axis=-1)
+        nearest = people[np.arange(len(people)), distances.argmin(axis=1)]
+        return np.asarray(self.z - nearest[:, 1])
+
+    def save(self, path: Path) -> None:
+        """Write to one file, whole or not at all."""
+        write_atomically(
+            path,
+            lambda temporary: np.savez_compressed(
+                temporary,
+                observations=self.observations,
+                actions=self.actions,
+                states=self.states,
+            ),
+        )
+
+    @classmethod
+    def load(cls, path: Path) -> MapStates:
+        """Read what `save` wrote."""
+        with np.load(path, allow_pickle=False) as arrays:
+            return cls(arrays["observations"], arrays["actions"], arrays["states"])
+
+
+def collect_map_states(
+    config: StudyConfig, policy: GaussianPolicy, seed: int, report: Callable[[float], None]
+) -> MapStates:
+    """Let the clip-making policy walk from many places and keep as many states in each metre of z.
+
+    Started at the corridor's beginning alone it would be seen too seldom near the end goal.
+    """
+    rng = np.random.default_rng(derive(seed, "map"))
+    trajectories = []
+    for i, start in enumerate(np.linspace(-14.0, 14.0, START_PLACES)):
+        env = study_env(config, STATE_ENVS, 0, start_z=float(start)).vector_env
+        act = _sampling(policy, rng)
+        trajectories += collect(env, act, STATE_STEPS, derive(seed, "map", i))
+        report((i + 1) / START_PLACES)
+    states = np.concatenate([t.states for t in trajectories])
+    bins = np.floor(states[:, 1])
+    places = np.unique(bins)
+    each = max(1, config.map_states // len(places))
+    chosen = np.concatenate(
+        [
+            rng.choice(np.flatnonzero(bins == b), min(each, int((bins == b).sum())), replace=False)
+            for b in places
+        ]
+    )
+    return MapStates(
+        np.concatenate([t.observations for t in trajectories])[chosen],
+        np.concatenate([t.actions for t in trajectories])[chosen],
+        states[chosen],
+    )
+
+
+def _sampling(
+    policy: GaussianPolicy, rng: np.random.Generator
+) -> Callable[[NDArray[Any]], NDArray[np.float32]]:
+    """The policy as it trains: actions drawn, not the mean."""
+    return lambda observations: policy.sample(observations, rng)
+
+
+def floor_plan(config: StudyConfig) -> MapStates:
+    """A robot driving ahead at full speed in every cell of the floor, with people standing still.
+
+    The intermittent goal counts as collected beyond it, and the end goal as not yet reached.
+    """
+    settings = scene_settings(config) | {"anchor_jitter": 0.0}
+    env = SocialCorridorEnv(**settings)
+    env.reset(seed=0)
+    half_x, half_z = env.config.half_width, env.config.half_length
+    xs = (np.arange(FLOOR_X) + 0.5) / FLOOR_X * 2 * half_x - half_x
+    zs = (np.arange(FLOOR_Z) + 0.5) / FLOOR_Z * 2 * half_z - half_z
+    rows, observations = [], []
+    for z in zs:
+        for x in xs:
+            qpos = np.array([x, z, 0.0, *np.ravel(FLOOR_PEOPLE)])
+            qvel = np.zeros_like(qpos)
+            qvel[1] = env.config.robot_speed
+            env.world.state.flags[0] = (z > env.config.intermittent_z, False)
+            env.set_state(qpos, qvel)
+            rows.append(env.state_row())
+            observations.append(env.world.observe()[0])
+    actions = np.tile(np.array([1.0, 0.0], dtype=np.float32), (len(rows), 1))
+    return MapStates(np.array(observations, dtype=np.float32), actions, np.array(rows))

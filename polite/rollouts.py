@@ -1,0 +1,107 @@
+"""A policy in an env gives trajectories, or the figures of whole episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import SyncVectorEnv, VectorEnv
+from numpy.typing import NDArray
+
+from polite.types import Trajectory
+
+Act = Callable[[NDArray[Any]], NDArray[np.float32]]
+"""(N, n) observations -> (N, v) actions."""
+
+
+def state_rows(env: VectorEnv[Any, Any, Any]) -> NDArray[np.float64] | None:
+    """(N, k) what a picture of the present moment needs, None where the env cannot tell.
+
+    The corridor gives `state_rows()`; a MuJoCo env qpos and qvel in one row (`state_vector()`).
+    """
+    if hasattr(env, "state_rows"):
+        return np.asarray(env.state_rows())
+    if isinstance(env, SyncVectorEnv) and hasattr(env.envs[0].unwrapped, "state_vector"):
+        return np.stack([e.unwrapped.state_vector() for e in env.envs])  # type: ignore[attr-defined]
+    return None
+
+
+def collect(
+    env: VectorEnv[Any, Any, Any], act: Act, steps: int, seed: int | None
+) -> list[Trajectory]:
+    """Roll a policy out; no trajectory spans a reset.
+
+    Args:
+        env: A vector env that resets within the same step.
+        act: The policy.
+        steps: Steps of each env.
+        seed: Seeds the reset.
+
+    Returns:
+        Trajectories, env by env, in the order of time. The last one of each env may be cut off.
+    """
+    rows: dict[str, list[NDArray[Any]]] = {name: [] for name in _FIELDS}
+    observations, _ = env.reset(seed=seed)
+    for _ in range(steps):
+        states = state_rows(env)
+        actions = act(observations)
+        after, rewards, terminated, truncated, _ = env.step(actions)
+        kept = (observations, actions, rewards, states, terminated, truncated)
+        for name, value in zip(_FIELDS, kept, strict=True):
+            rows[name].append(np.array(observations if value is None else value))
+        observations = after
+    arrays = {name: np.stack(values, axis=1) for name, values in rows.items()}  # (N, steps, ...)
+    return [
+        trajectory
+        for n in range(env.num_envs)
+        for trajectory in _cut({name: array[n] for name, array in arrays.items()})
+    ]
+
+
+_FIELDS = ("observations", "actions", "rewards", "states", "terminated", "truncated")
+
+
+def _cut(arrays: dict[str, NDArray[Any]]) -> list[Trajectory]:
+    """Cut one env's steps where episodes ended."""
+    ended = np.flatnonzero(arrays["terminated"] | arrays["truncated"]) + 1
+    bounds = np.unique([0, *ended, len(arrays["rewards"])])
+    return [
+        Trajectory(
+            observations=arrays["observations"][start:end].astype(np.float32),
+            actions=arrays["actions"][start:end].astype(np.float32),
+            rewards=arrays["rewards"][start:end].astype(np.float64),
+            states=arrays["states"][start:end].astype(np.float64),
+            terminated=bool(arrays["terminated"][end - 1]),
+        )
+        for start, end in zip(bounds[:-1], bounds[1:], strict=True)
+    ]
+
+
+def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, NDArray[np.float64]]:
+    """Run one whole episode in each env: N episodes, long and short ones counted alike.
+
+    Args:
+        env: A vector env that resets within the same step.
+        act: The policy.
+        seed: Seeds the reset; env n gets seed + n.
+
+    Returns:
+        (N,) `return` and `length`, and whatever numbers the env's final `info` tells.
+    """
+    observations, _ = env.reset(seed=seed)
+    running = np.ones(env.num_envs, dtype=np.bool_)
+    totals = {"return": np.zeros(env.num_envs), "length": np.zeros(env.num_envs)}
+    final: dict[str, NDArray[np.float64]] = {}
+    while running.any():
+        observations, rewards, terminated, truncated, info = env.step(act(observations))
+        totals["return"] += np.where(running, rewards, 0.0)
+        totals["length"] += running
+        ended = running & (terminated | truncated)
+        if ended.any():
+            for name, values in info.get("final_info", {}).items():
+                if isinstance(values, np.ndarray) and values.dtype.kind in "fib":
+                    column = final.setdefault(name, np.full(env.num_envs, np.nan))
+                    column[ended] = values[ended]
+            running &= ~ended
+    return totals | final
