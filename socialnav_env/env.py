@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -36,10 +38,12 @@ class Snapshot:
     Attributes:
         state: People, goals, flags, tallies and bodies.
         generator: State of the env's random generator, which the next reset draws from.
+        trail: The robot's way so far, x and z [m], where pictures are wanted.
     """
 
     state: State
-    generator: dict[str, Any]
+    generator: Mapping[str, Any]
+    trail: tuple[tuple[float, float], ...]
 
 
 def scene_from_row(row: ArrayLike, trail: ArrayLike = ()) -> Scene:
@@ -217,13 +221,13 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """
         if not self._begun:
             raise gym.error.ResetNeeded("call reset() before step()")
-        self.world.step(_one_action(action))
+        observations = self.world.step(_one_action(action))
         self._leave_trail()
-        info = self._info()
-        total: float = sum(info[term] for term in TERMS)
         if self.render_mode == "human":
             self.render()
-        return self.world.observe()[0], total, bool(self.world.terminated()[0]), False, info
+        info = self._info()
+        reward = sum([info[name] for name in TERMS])
+        return observations[0], reward, bool(self.world.ended[0]), False, info
 
     def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
         """Draw the present moment: an (h, w, 3) array, or a frame in the window."""
@@ -260,7 +264,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
     def get_snapshot(self) -> Snapshot:
         """The present moment, to go on from exactly."""
-        return Snapshot(self.world.state.copy(), self.np_random.bit_generator.state)
+        generator = self.np_random.bit_generator.state
+        return Snapshot(self.world.state.copy(), generator, tuple(self._trail))
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot: the same actions then give bit-identical results.
@@ -270,9 +275,10 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """
         self.world.restore(snapshot.state)
         self.np_random.bit_generator.state = snapshot.generator
-        self._trail = []
         self._begun = True
-        self._leave_trail()
+        self._trail = list(snapshot.trail)
+        if not self._trail:
+            self._leave_trail()
 
     # --- MuJoCo ----------------------------------------------------------------------------------
 
@@ -315,12 +321,16 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     def _info(self) -> dict[str, Any]:
         """Reward terms, MuJoCo keys and metrics of the last step, in fresh objects."""
         world = self.world
-        info: dict[str, Any] = dict(zip(TERMS, world.terms[0].tolist(), strict=True))
         z, x, _, vz, vx, _ = world.state.bodies[0, 0].tolist()
-        info.update(x_position=x, z_position=z, x_velocity=vx, z_velocity=vz)
-        info["collision"] = bool(world.collided[0])
-        info.update(zip(METRICS, world.metrics()[0].tolist(), strict=True))
-        return info
+        return {
+            **dict(zip(TERMS, world.terms[0].tolist(), strict=True)),
+            "x_position": x,
+            "z_position": z,
+            "x_velocity": vx,
+            "z_velocity": vz,
+            "collision": bool(world.collided[0]),
+            **dict(zip(METRICS, world.metrics[0].tolist(), strict=True)),
+        }
 
     def _leave_trail(self) -> None:
         """Remember where the robot is, when pictures are wanted."""
@@ -331,9 +341,10 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
 def _one_action(action: ArrayLike) -> FloatArray:
     """(1, 2) float64, or a ValueError that says what is wrong."""
-    actions = np.array(action, dtype=np.float64)
+    actions = np.asarray(action, dtype=np.float64)
     if actions.shape != (2,):
         raise ValueError(f"action: expected shape (2,), got {actions.shape}")
-    if not np.isfinite(actions).all():
+    forward, turn = actions.tolist()
+    if not (math.isfinite(forward) and math.isfinite(turn)):
         raise ValueError(f"action: expected finite numbers, got {actions}")
-    return actions[None]
+    return actions.reshape(1, 2)

@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
@@ -76,6 +74,18 @@ def metric_parameters(config: CorridorConfig) -> MetricParameters:
 
 
 @kernel
+def metrics_from(row: FloatArray) -> MetricParameters:
+    """The parameters from a row of numbers, which takes a kernel call a fraction of the time."""
+    return MetricParameters(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+    )
+
+
+@kernel
 def time_to_touch(dz: float, dx: float, vz: float, vx: float, reach: float) -> float:
     """Time [s] until two discs touch at constant velocities, TIME_HORIZON if they do not.
 
@@ -100,15 +110,19 @@ def time_to_touch(dz: float, dx: float, vz: float, vx: float, reach: float) -> f
 
 
 @kernel
-def start_tallies(body: FloatArray, goal: FloatArray, p: MetricParameters) -> FloatArray:
-    """(NUM_TALLIES,) tallies of an episode that starts now.
+def start_tallies(
+    body: FloatArray, goal: FloatArray, parameters: FloatArray, tally: FloatArray
+) -> None:
+    """Begin an episode.
 
     Args:
         body: (6,) the robot.
         goal: (2,) the end goal, z, x.
-        p: Parameters.
+        parameters: Row of MetricParameters.
+        tally: (NUM_TALLIES,) written.
     """
-    tally = np.zeros(NUM_TALLIES)
+    p = metrics_from(parameters)
+    tally[:] = 0.0
     tally[NEAREST] = NO_ONE
     tally[TTC] = TIME_HORIZON
     tally[GOAL_STEPS] = -1.0
@@ -116,7 +130,6 @@ def start_tallies(body: FloatArray, goal: FloatArray, p: MetricParameters) -> Fl
     tally[STRAIGHT] = max(straight, 0.0)
     tally[LAST_Z], tally[LAST_X], tally[LAST_ANGLE] = body[0], body[1], body[2]
     tally[LAST_VZ], tally[LAST_VX] = body[3], body[4]
-    return tally
 
 
 @kernel
@@ -125,7 +138,7 @@ def count_step(
     flags: BoolArray,
     contacts: BoolArray,
     collided: BoolArray,
-    p: MetricParameters,
+    parameters: FloatArray,
     tallies: FloatArray,
 ) -> None:
     """Add one step to the tallies of N corridors.
@@ -135,9 +148,10 @@ def count_step(
         flags: (N, 2) collected, reached.
         contacts: (N, 2) the robot touched a person, a wall, in this step.
         collided: (N,) a new collision happened.
-        p: Parameters.
+        parameters: Row of MetricParameters.
         tallies: (N, NUM_TALLIES) updated.
     """
+    p = metrics_from(parameters)
     reach = p.robot_radius + p.human_radius
     for n in range(bodies.shape[0]):
         tally = tallies[n]
@@ -179,15 +193,18 @@ def count_step(
 
 
 @kernel
-def summarise(tallies: FloatArray, flags: BoolArray, p: MetricParameters, out: FloatArray) -> None:
+def summarise(
+    tallies: FloatArray, flags: BoolArray, parameters: FloatArray, out: FloatArray
+) -> None:
     """Write the metrics of N corridors, in the order of METRICS.
 
     Args:
         tallies: (N, NUM_TALLIES).
         flags: (N, 2) collected, reached.
-        p: Parameters.
+        parameters: Row of MetricParameters.
         out: (N, len(METRICS)) written.
     """
+    p = metrics_from(parameters)
     for n in range(tallies.shape[0]):
         tally = tallies[n]
         row = out[n]

@@ -34,6 +34,17 @@ def observation_parameters(config: CorridorConfig) -> ObservationParameters:
     )
 
 
+@kernel
+def sight_from(row: FloatArray) -> ObservationParameters:
+    """The parameters from a row of numbers, which takes a kernel call a fraction of the time."""
+    return ObservationParameters(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+    )
+
+
 def observation_size(num_humans: int) -> int:
     """Length of one observation."""
     return HEAD + PER_HUMAN * num_humans + NUM_RAYS
@@ -89,7 +100,7 @@ def observe(
     flags: BoolArray,
     low: FloatArray,
     high: FloatArray,
-    p: ObservationParameters,
+    parameters: FloatArray,
     out: FloatArray,
 ) -> None:
     """Write N observations.
@@ -103,9 +114,10 @@ def observe(
         flags: (N, 2) collected, reached.
         low: (n,) lower bounds.
         high: (n,) upper bounds.
-        p: Parameters.
+        parameters: Row of ObservationParameters.
         out: (N, n) written.
     """
+    p = sight_from(parameters)
     for n in range(bodies.shape[0]):
         z, x, angle = bodies[n, 0, 0], bodies[n, 0, 1], bodies[n, 0, 2]
         vz, vx = bodies[n, 0, 3], bodies[n, 0, 4]

@@ -33,7 +33,7 @@ class PeopleParameters(NamedTuple):
     wall_force: float
     wall_force_range: float
     sight_cosine: float
-    patience_steps: int
+    patience_steps: float
 
 
 def people_parameters(config: CorridorConfig) -> PeopleParameters:
@@ -52,6 +52,26 @@ def people_parameters(config: CorridorConfig) -> PeopleParameters:
         config.wall_force_range,
         math.cos(config.field_of_view / 2.0),
         round(config.human_patience / config.dt),
+    )
+
+
+@kernel
+def people_from(row: FloatArray) -> PeopleParameters:
+    """The parameters from a row of numbers, which takes a kernel call a fraction of the time."""
+    return PeopleParameters(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+        row[7],
+        row[8],
+        row[9],
+        row[10],
+        row[11],
+        row[12],
     )
 
 
@@ -112,7 +132,7 @@ def walk(
     waypoint_age: IntArray,
     speeds: FloatArray,
     sides: FloatArray,
-    p: PeopleParameters,
+    parameters: FloatArray,
     commands: FloatArray,
 ) -> None:
     """Write every person's next velocity and move on to the next waypoint where one is reached.
@@ -124,9 +144,10 @@ def walk(
         waypoint_age: (N, H) steps since it was taken up; changed here.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
-        p: Parameters.
+        parameters: Row of PeopleParameters.
         commands: (N, 1 + H, 3) velocity z, x and angular; rows 1 onwards are written.
     """
+    p = people_from(parameters)
     for n in range(bodies.shape[0]):
         for h in range(waypoint.shape[1]):
             z, x = bodies[n, h + 1, 0], bodies[n, h + 1, 1]

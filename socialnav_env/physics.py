@@ -27,34 +27,66 @@ _STATE = (
     | batch.BodyFields.VELOCITY
     | batch.BodyFields.ANGULAR_VELOCITY
 )
-_VELOCITY = batch.BodyFields.VELOCITY | batch.BodyFields.ANGULAR_VELOCITY
+_DRIVE = batch.BodyFields.ANGULAR_VELOCITY | batch.BodyFields.FORCE
 _PAIR = batch.ArbiterFields.BODY_A_ID | batch.ArbiterFields.BODY_B_ID
 
 
 @kernel
-def smallest_gap(
-    bodies: FloatArray, half_length: float, half_width: float, robot: float, human: float
-) -> float:
-    """Smallest surface-to-surface distance [m] between any two bodies or a body and a wall.
+def push(
+    bodies: FloatArray, commands: FloatArray, masses: FloatArray, timestep: float, out: FloatArray
+) -> None:
+    """Write the forces that take each body from its velocity to the commanded one in one step.
+
+    Forces, not velocities: pymunk moves bodies before it looks for contacts, so that a velocity
+    set from outside would press them into each other, at one physics step per env step through
+    each other. A force counts only after that, together with the contacts.
 
     Args:
-        bodies: (N, 1 + H, 6) z, x, ...; the robot first.
-        half_length: Of the corridor [m].
-        half_width: Of the corridor [m].
-        robot: The robot's radius [m].
-        human: A person's radius [m].
+        bodies: (N, B, 6) z, x, angle, velocity z, x, angular.
+        commands: (N, B, 3) wanted velocity z, x and angular.
+        masses: (B,) [kg].
+        timestep: One physics step [s].
+        out: (N * B or more, 3) written: turn rate [rad/s], force z and x [N].
     """
-    smallest = half_length
+    for n in range(bodies.shape[0]):
+        for i in range(bodies.shape[1]):
+            row = out[n * bodies.shape[1] + i]
+            row[0] = commands[n, i, 2]
+            row[1] = masses[i] * (commands[n, i, 0] - bodies[n, i, 3]) / timestep
+            row[2] = masses[i] * (commands[n, i, 1] - bodies[n, i, 4]) / timestep
+
+
+@kernel
+def can_touch(
+    bodies: FloatArray, commands: FloatArray, radii: FloatArray, edges: FloatArray, seconds: float
+) -> bool:
+    """Whether any two bodies, or a body and a wall, could meet within a time.
+
+    Args:
+        bodies: (N, B, 6) z, x, angle, velocity z, x, angular.
+        commands: (N, B, 3) wanted velocity z, x and angular.
+        radii: (B,) [m].
+        edges: (2,) half length and half width of the corridor [m].
+        seconds: The time [s].
+    """
     for n in range(bodies.shape[0]):
         for i in range(bodies.shape[1]):
             z, x = bodies[n, i, 0], bodies[n, i, 1]
-            radius = robot if i == 0 else human
-            to_wall = min(half_length - abs(z), half_width - abs(x)) - radius
-            smallest = min(smallest, to_wall)
+            reach = radii[i] + seconds * _top_speed(bodies, commands, n, i) + 0.01
+            if min(edges[0] - abs(z), edges[1] - abs(x)) < reach:
+                return True
             for k in range(i):
-                centres = math.hypot(bodies[n, k, 0] - z, bodies[n, k, 1] - x)
-                smallest = min(smallest, centres - radius - (robot if k == 0 else human))
-    return smallest
+                theirs = radii[k] + seconds * _top_speed(bodies, commands, n, k)
+                if math.hypot(bodies[n, k, 0] - z, bodies[n, k, 1] - x) < reach + theirs:
+                    return True
+    return False
+
+
+@kernel
+def _top_speed(bodies: FloatArray, commands: FloatArray, n: int, i: int) -> float:
+    """The larger of a body's speeds now and to come [m/s]."""
+    now = math.hypot(bodies[n, i, 3], bodies[n, i, 4])
+    return max(now, math.hypot(commands[n, i, 0], commands[n, i, 1]))
 
 
 class Physics:
@@ -62,6 +94,9 @@ class Physics:
 
     Along the Space's x axis runs the corridor's z, along its y axis the corridor's x. A single
     corridor has offset 0, so nothing is rounded on the way in and out.
+
+    Attributes:
+        commands: (N, 1 + H, 3) velocity z, x and angular that the next step shall bring about.
     """
 
     def __init__(self, config: CorridorConfig, count: int) -> None:
@@ -89,15 +124,16 @@ class Physics:
         moving = count * per_corridor
         rows = moving + 2
         self._state = np.zeros((rows, 6))
-        self._command = np.zeros((rows, 3))
-        self.state = self._state[:moving].reshape(count, per_corridor, 6)
-        self.command = self._command[:moving].reshape(count, per_corridor, 3)
-        self._state_buffer, self._command_buffer = batch.Buffer(), batch.Buffer()
+        self._drive = np.zeros((rows, 3))
+        self._moved = self._state[:moving].reshape(count, per_corridor, 6)
+        self._state_buffer, self._drive_buffer = batch.Buffer(), batch.Buffer()
         self._state_buffer.set_float_buf(self._state)
-        self._command_buffer.set_float_buf(self._command)
+        self._drive_buffer.set_float_buf(self._drive)
         self._contact_buffer = batch.Buffer()
-        fastest = config.robot_speed + 2.0 * config.human_top_speed
-        self._reach = fastest * config.dt + 0.01
+        self._masses = np.array([config.robot_mass] + [config.human_mass] * config.num_humans)
+        self._radii = np.array([config.robot_radius] + [config.human_radius] * config.num_humans)
+        self._edges = np.array([config.half_length, config.half_width])
+        self.commands = np.zeros((count, per_corridor, 3))
 
     def _add_corridor(self, offset: float) -> list[pymunk.Body]:
         """Add one corridor's walls and bodies; return the bodies, the robot first."""
@@ -129,7 +165,9 @@ class Physics:
             body.angular_velocity = row[5]
 
     def step(self, frames: int, bodies: FloatArray, contacts: BoolArray) -> None:
-        """Set the commanded velocities, run physics steps, read the bodies back.
+        """Drive the bodies to the commanded velocities in `frames` physics steps.
+
+        They take them up in the first one, and move with them from the second one on.
 
         Args:
             frames: Number of physics steps.
@@ -137,26 +175,24 @@ class Physics:
             contacts: (N, 2) written: the robot touched a person, a wall.
         """
         contacts[...] = False
-        batch.set_space_bodies(self._space, _VELOCITY, self._command_buffer)
-        watch = len(bodies) > 8 or self._somebody_near(frames, bodies)
+        timestep = self._config.timestep
+        push(bodies, self.commands, self._masses, timestep, self._drive)
+        batch.set_space_bodies(self._space, _DRIVE, self._drive_buffer)
+        watch = len(bodies) > 8 or can_touch(
+            bodies, self.commands, self._radii, self._edges, frames * timestep
+        )
         touching = False
         for _ in range(frames):
-            self._space.step(self._config.timestep)
+            self._space.step(timestep)
             if watch:
                 touching = self._read_contacts(contacts)
         if touching:
             self._forget_contacts()
         self._state_buffer.clear()
         batch.get_space_bodies(self._space, _STATE, self._state_buffer)
-        bodies[...] = self.state
+        bodies[...] = self._moved
         if len(bodies) > 1:
             bodies[..., 1] -= self._offsets[:, None]
-
-    def _somebody_near(self, frames: int, bodies: FloatArray) -> bool:
-        """Whether any contact is possible in the next `frames` physics steps."""
-        c = self._config
-        gap = smallest_gap(bodies, c.half_length, c.half_width, c.robot_radius, c.human_radius)
-        return gap < self._reach * max(1.0, frames / c.frame_skip)
 
     def _read_contacts(self, contacts: BoolArray) -> bool:
         """Note the robots' contacts; return whether any two bodies or walls touch at all."""

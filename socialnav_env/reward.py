@@ -30,11 +30,13 @@ class RewardParameters(NamedTuple):
     intermittent_reward: float
     collision_penalty: float
     contact_penalty: float
-    memory_steps: int
+    memory_steps: float
     proximity_penalty: float
     personal_space: float
     progress_weight: float
     control_penalty: float
+    terminate_on_goal: float
+    terminate_on_collision: float
 
 
 def reward_parameters(config: CorridorConfig) -> RewardParameters:
@@ -42,6 +44,28 @@ def reward_parameters(config: CorridorConfig) -> RewardParameters:
     names = [name for name in RewardParameters._fields if name != "memory_steps"]
     values = {name: getattr(config, name) for name in names}
     return RewardParameters(memory_steps=round(config.contact_memory / config.dt), **values)
+
+
+@kernel
+def rewards_from(row: FloatArray) -> RewardParameters:
+    """The parameters from a row of numbers, which takes a kernel call a fraction of the time."""
+    return RewardParameters(
+        row[0],
+        row[1],
+        row[2],
+        row[3],
+        row[4],
+        row[5],
+        row[6],
+        row[7],
+        row[8],
+        row[9],
+        row[10],
+        row[11],
+        row[12],
+        row[13],
+        row[14],
+    )
 
 
 @kernel
@@ -88,11 +112,12 @@ def reward(
     actions: FloatArray,
     contact_free: IntArray,
     remaining: FloatArray,
-    p: RewardParameters,
+    parameters: FloatArray,
     terms: FloatArray,
     collided: BoolArray,
+    ended: BoolArray,
 ) -> None:
-    """Write the reward terms of N corridors and update what has been collected.
+    """Write the reward terms of N corridors, what was collected, and which episodes end.
 
     Args:
         bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular after the step; robot first.
@@ -102,24 +127,25 @@ def reward(
         actions: (N, 2) clipped to [-1, 1].
         contact_free: (N,) steps since the last contact; updated.
         remaining: (N,) metres left before the step; updated.
-        p: Parameters.
+        parameters: Row of RewardParameters.
         terms: (N, 6) written, in the order of TERMS.
         collided: (N,) written: a new collision happened.
+        ended: (N,) written: the goal or a collision ends the episode.
     """
+    p = rewards_from(parameters)
     for n in range(bodies.shape[0]):
         robot = bodies[n, 0]
         for i in range(terms.shape[1]):
             terms[n, i] = 0.0
 
-        if not flags[n, 1]:
-            if math.hypot(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1]) <= p.goal_radius:
-                flags[n, 1] = True
-                terms[n, 0] = p.goal_reward
-        if not flags[n, 0]:
-            away = math.hypot(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
-            if away <= p.intermittent_radius:
-                flags[n, 0] = True
-                terms[n, 1] = p.intermittent_reward
+        to_goal = math.hypot(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1])
+        if not flags[n, 1] and to_goal <= p.goal_radius:
+            flags[n, 1] = True
+            terms[n, 0] = p.goal_reward
+        to_other = math.hypot(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
+        if not flags[n, 0] and to_other <= p.intermittent_radius:
+            flags[n, 0] = True
+            terms[n, 1] = p.intermittent_reward
 
         collided[n] = False
         if contacts[n, 0] or contacts[n, 1]:
@@ -139,3 +165,5 @@ def reward(
         remaining[n] = left
         forward = 0.5 * (actions[n, 0] + 1.0)
         terms[n, 5] = -p.control_penalty * (forward**2 + actions[n, 1] ** 2)
+        at_goal = p.terminate_on_goal > 0.0 and flags[n, 1]
+        ended[n] = at_goal or (p.terminate_on_collision > 0.0 and collided[n])

@@ -88,23 +88,27 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
 
         Raises:
             ValueError: The actions have another shape or are not finite.
+            gymnasium.error.ResetNeeded: No episode has begun.
         """
+        if not self._generators:
+            raise gym.error.ResetNeeded("call reset() before step()")
         actions = np.asarray(actions, dtype=np.float64)
         if actions.shape != (self.num_envs, 2) or not np.isfinite(actions).all():
             raise ValueError(
                 f"actions: expected finite numbers of shape ({self.num_envs}, 2), "
                 f"got shape {actions.shape}"
             )
-        self.world.step(actions)
+        observations = self.world.step(actions)
         self._elapsed += 1
-        observations, info = self.world.observe(), self._info()
-        rewards = self.world.terms.sum(axis=1)
-        terminated = self.world.terminated()
+        info = self._info()
+        rewards: FloatArray = self.world.terms.sum(axis=1)
+        terminated = self.world.ended.copy()
         truncated = (self._elapsed >= self.max_episode_steps) & ~terminated
         ended = terminated | truncated
         if ended.any():
+            final = {name: values.copy() for name, values in info.items()}
             info["final_obs"], info["_final_obs"] = observations.copy(), ended
-            info["final_info"] = {name: info[name].copy() for name in _keys()}
+            info["final_info"] = final
             info["_final_info"] = ended
             for n in np.flatnonzero(ended):
                 self.world.begin(int(n), self._generators[n])
@@ -120,8 +124,8 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         """One seed a corridor."""
         if seed is None:
             return [None] * self.num_envs
-        if isinstance(seed, int):
-            return [seed + n for n in range(self.num_envs)]
+        if isinstance(seed, int | np.integer):
+            return [int(seed) + n for n in range(self.num_envs)]
         if len(seed) != self.num_envs:
             raise ConfigError(f"seed: expected {self.num_envs} seeds, got {len(seed)}")
         return list(seed)
@@ -129,17 +133,13 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
     def _info(self) -> dict[str, Any]:
         """The single env's keys, each an (N,) array."""
         world = self.world
-        robot = world.state.bodies[:, 0]
-        terms, metrics = world.terms.copy(), world.metrics()
-        info: dict[str, Any] = {name: terms[:, i] for i, name in enumerate(TERMS)}
-        info["x_position"], info["z_position"] = robot[:, 1].copy(), robot[:, 0].copy()
-        info["x_velocity"], info["z_velocity"] = robot[:, 4].copy(), robot[:, 3].copy()
-        info["collision"] = world.collided.copy()
-        info.update({name: metrics[:, i] for i, name in enumerate(METRICS)})
-        return info
-
-
-def _keys() -> tuple[str, ...]:
-    """The keys of `info` that are values of a corridor."""
-    position = ("x_position", "z_position", "x_velocity", "z_velocity", "collision")
-    return TERMS + position + tuple(METRICS)
+        z, x, _, vz, vx, _ = world.state.bodies[:, 0].T.copy()
+        return {
+            **dict(zip(TERMS, world.terms.T.copy(), strict=True)),
+            "x_position": x,
+            "z_position": z,
+            "x_velocity": vx,
+            "z_velocity": vz,
+            "collision": world.collided.copy(),
+            **dict(zip(METRICS, world.metrics.T.copy(), strict=True)),
+        }

@@ -21,11 +21,7 @@ from socialnav_env.metrics import (
     start_tallies,
     summarise,
 )
-from socialnav_env.observation import (
-    observation_bounds,
-    observation_parameters,
-    observe,
-)
+from socialnav_env.observation import observation_bounds, observation_parameters, observe
 from socialnav_env.people import people_parameters, walk
 from socialnav_env.physics import Physics
 from socialnav_env.reward import TERMS, remaining_way, reward, reward_parameters
@@ -41,8 +37,12 @@ class World:
         count: N.
         state: Everything that the next step depends on.
         terms: (N, 6) reward terms of the last step, in the order of `reward.TERMS`.
-        collided: (N,) a collision happened in the last step.
+        metrics: (N, len(METRICS)) the episodes' metrics so far.
         contacts: (N, 2) the robot touched a person, a wall, in the last step.
+        collided: (N,) a collision happened in the last step.
+        ended: (N,) the episode ended in the last step, by goal or collision.
+        low: (n,) bounds of the observation.
+        high: (n,) bounds of the observation.
     """
 
     def __init__(self, config: CorridorConfig, count: int) -> None:
@@ -51,14 +51,18 @@ class World:
         self.count = count
         self.state = State.empty(config, count)
         self.terms = np.zeros((count, len(TERMS)))
-        self.collided = np.zeros(count, dtype=np.bool_)
+        self.metrics = np.zeros((count, len(METRICS)))
         self.contacts = np.zeros((count, 2), dtype=np.bool_)
+        self.collided = np.zeros(count, dtype=np.bool_)
+        self.ended = np.zeros(count, dtype=np.bool_)
         self.low, self.high = observation_bounds(config)
         self._physics = Physics(config, count)
-        self._people = people_parameters(config)
-        self._observation = observation_parameters(config)
-        self._reward = reward_parameters(config)
-        self._metrics = metric_parameters(config)
+        # A call of a kernel costs more time than its arithmetic, and the less the fewer its
+        # arguments: hence rows of numbers, and `step` calls each kernel once.
+        self._people = np.array(people_parameters(config))
+        self._observation = np.array(observation_parameters(config))
+        self._reward = np.array(reward_parameters(config))
+        self._metrics = np.array(metric_parameters(config))
 
     def begin(self, n: int, rng: np.random.Generator) -> None:
         """Begin an episode in corridor `n`.
@@ -69,24 +73,37 @@ class World:
         state = self.state
         state.begin(n, draw_layout(self.config, rng))
         state.remaining[n] = remaining_way(state.bodies[n, 0], state.goals[n], state.flags[n])
-        state.tallies[n] = start_tallies(state.bodies[n, 0], state.goals[n, 1], self._metrics)
+        start_tallies(state.bodies[n, 0], state.goals[n, 1], self._metrics, state.tallies[n])
         self._physics.place(n, state.bodies[n])
+        self.terms[n] = 0.0
+        self.contacts[n] = self.collided[n] = self.ended[n] = False
+        one = slice(n, n + 1)
+        summarise(state.tallies[one], state.flags[one], self._metrics, self.metrics[one])
 
-    def step(self, actions: FloatArray) -> None:
+    def step(self, actions: FloatArray) -> FloatArray:
         """Advance all corridors by one env step and score it.
 
         Args:
             actions: (N, 2) forward and turn; clipped to [-1, 1].
+
+        Returns:
+            (N, n) a fresh array of observations.
         """
         self.simulate(actions, self.config.frame_skip)
-        self.score()
+        self._score()
+        return self.observe()
 
     def simulate(self, actions: FloatArray, frames: int) -> None:
         """Let robots act and people walk for `frames` physics steps."""
-        state, config, command = self.state, self.config, self._physics.command
+        state, config, commands = self.state, self.config, self._physics.commands
         drive(
-            actions, state.bodies, config.robot_speed, config.robot_turn_rate, state.control, command
-        )  # fmt: skip
+            actions,
+            state.bodies,
+            config.robot_speed,
+            config.robot_turn_rate,
+            state.control,
+            commands,
+        )
         walk(
             state.bodies,
             state.waypoints,
@@ -95,12 +112,12 @@ class World:
             state.speeds,
             state.sides,
             self._people,
-            command,
+            commands,
         )
         self._physics.step(frames, state.bodies, self.contacts)
         state.time += frames * config.timestep
 
-    def score(self) -> None:
+    def _score(self) -> None:
         """Write the reward terms of what just happened and count it in the metrics."""
         state = self.state
         reward(
@@ -114,31 +131,18 @@ class World:
             self._reward,
             self.terms,
             self.collided,
+            self.ended,
         )
         count_step(
             state.bodies, state.flags, self.contacts, self.collided, self._metrics, state.tallies
         )
-
-    def terminated(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """(N,) whether the episode ended in the last step by goal or collision."""
-        ended = np.zeros(self.count, dtype=np.bool_)
-        if self.config.terminate_on_goal:
-            ended |= self.state.flags[:, 1]
-        if self.config.terminate_on_collision:
-            ended |= self.collided
-        return ended
+        summarise(state.tallies, state.flags, self._metrics, self.metrics)
 
     def observe(self) -> FloatArray:
         """(N, n) a fresh array of observations."""
         out = np.empty((self.count, len(self.low)))
         state = self.state
         observe(state.bodies, state.goals, state.flags, self.low, self.high, self._observation, out)
-        return out
-
-    def metrics(self) -> FloatArray:
-        """(N, len(METRICS)) the episodes' metrics so far."""
-        out = np.empty((self.count, len(METRICS)))
-        summarise(self.state.tallies, self.state.flags, self._metrics, out)
         return out
 
     def place(self, n: int, bodies: FloatArray) -> None:

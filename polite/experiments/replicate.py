@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
-from polite.experiments.runner import Task, make_progress, run_tasks
+from polite.experiments.runner import Runner, Task, make_progress
 from polite.experiments.sensitivity import LEVELS, sensitivity
 from polite.experiments.study_clips import draw_example
 from polite.experiments.study_config import as_dict, preset
 from polite.experiments.study_results import assemble
 from polite.experiments.study_stages import (
-    POLICIES,
     Study,
     ask_participants,
     train_clip_policy,
@@ -26,10 +22,6 @@ from polite.experiments.study_stages import (
 from polite.files import write_json
 from polite.report.page import write_report
 from polite.types import PoliteError
-
-REWARD_WEIGHT, POLICY_WEIGHT = 1.0, 4.0
-"""How long the kinds of task take, roughly, for the progress display."""
-
 
 def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -> Path:
     """Run the study with simulated participants and write everything into a folder.
@@ -51,7 +43,8 @@ def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -
     study = Study(out, config, seed)
     claim_folder(out, {"preset": preset_name, "seed": seed, "config": as_dict(config)}, resume)
     with make_progress() as progress:
-        stages = _run_stages(study, progress)
+        with Runner(out, progress) as runner:
+            stages = _run_stages(study, runner)
         bar = progress.add_task("putting the numbers together", total=None)
         results = assemble(study, preset_name, stages)
         results["example"] = draw_example(study)
@@ -85,58 +78,41 @@ def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
     write_json(marker, run)
 
 
-def _run_stages(study: Study, progress: Progress) -> dict[str, Any]:
+def _run_stages(study: Study, runner: Runner) -> dict[str, Any]:
     """Run what is not done yet, as parallel as the stages depend on each other."""
-    config = study.config
-    seeds = range(config.seeds)
-    share = config.clip_steps / config.policy_steps
-    clips = Task(
-        "clips", "clip-making policy", POLICY_WEIGHT * share, partial(train_clip_policy, study)
+    seeds = range(study.config.seeds)
+    clips, *ceiling = runner.run(
+        [Task("clips", "clip-making policy", partial(train_clip_policy, study))]
+        + [_policy_task(study, "ground_truth", k) for k in seeds]
     )
-    ceiling = [_policy_task(study, "ground_truth", k) for k in seeds]
-    first, *_ = run_tasks(study.folder, [clips], progress)
-    asked, *_ = run_tasks(
-        study.folder,
-        [Task("study", "clips, participants, answers", 0.3, partial(ask_participants, study))],
-        progress,
+    asked, *_ = runner.run(
+        [Task("study", "clips, participants, answers", partial(ask_participants, study))]
     )
-    rewards = [
-        Task(
-            f"rewards-{k}",
-            f"reward models, run {k + 1} of {config.seeds}",
-            REWARD_WEIGHT,
-            partial(train_reward_models, study, k),
-        )
-        for k in seeds
-    ]
-    rewarded = run_tasks(study.folder, rewards, progress)
-    policies = ceiling + [
-        _policy_task(study, name, k) for name in POLICIES if name != "ground_truth" for k in seeds
-    ]
-    changes = [
-        Task(
-            f"sensitivity-{level}",
-            f"sensitivity, {level + 1} of {len(LEVELS) + 1}",
-            REWARD_WEIGHT,
-            partial(sensitivity, study, level),
-        )
-        for level in (range(len(LEVELS) + 1) if config.sensitivity_seeds else ())
-    ]
-    last = run_tasks(study.folder, policies + changes, progress)
-    trained = last[: len(policies)]
+    rewards = runner.run([_reward_task(study, k) for k in seeds])
+    polite = [_policy_task(study, "polite", k) for k in seeds]
+    baseline = [_policy_task(study, "baseline", k) for k in seeds]
+    changes = _sensitivity_tasks(study)
+    last = iter(runner.run(polite + baseline + changes))
+    policies = {name: [next(last) for _ in seeds] for name in ("polite", "baseline")}
     return {
-        "clips": first,
+        "clips": clips,
         "study": asked,
-        "rewards": rewarded,
-        "policies": _by_name(policies, trained),
-        "sensitivity": last[len(policies) :],
+        "rewards": rewards,
+        "policies": policies | {"ground_truth": ceiling},
+        "sensitivity": list(last),
     }
+
+
+def _reward_task(study: Study, k: int) -> Task:
+    """Train the reward models of one training run."""
+    says = f"reward models, run {k + 1} of {study.config.seeds}"
+    return Task(f"rewards-{k}", says, partial(train_reward_models, study, k))
 
 
 def _policy_task(study: Study, name: str, k: int) -> Task:
     """Train and judge one policy."""
     says = f"policy on {_CALLED[name]}, run {k + 1} of {study.config.seeds}"
-    return Task(f"policy-{name}-{k}", says, POLICY_WEIGHT, partial(train_policy, study, name, k))
+    return Task(f"policy-{name}-{k}", says, partial(train_policy, study, name, k))
 
 
 _CALLED = {
@@ -146,13 +122,16 @@ _CALLED = {
 }
 
 
-def _by_name(tasks: Sequence[Task], results: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Group the policies' results by condition, in the order of the seeds."""
-    return {
-        name: [
-            result
-            for task, result in zip(tasks, results, strict=True)
-            if task.name.startswith(f"policy-{name}-")
-        ]
-        for name in POLICIES
-    }
+def _sensitivity_tasks(study: Study) -> list[Task]:
+    """One task for each level of the sensitivity analysis, and one at equal effort."""
+    if not study.config.sensitivity_seeds:
+        return []
+    count = len(LEVELS) + 1
+    return [
+        Task(
+            f"sensitivity-{level}",
+            f"sensitivity, {level + 1} of {count}",
+            partial(sensitivity, study, level),
+        )
+        for level in range(count)
+    ]

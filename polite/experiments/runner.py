@@ -12,10 +12,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import torch
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from polite.files import write_json
 
@@ -35,13 +42,11 @@ class Task:
     Attributes:
         name: Unique within a run; names the result's file.
         says: What is happening, for the progress display.
-        weight: How long it takes compared with the others.
         work: Does it. Whatever else it writes must be written before it returns.
     """
 
     name: str
     says: str
-    weight: float
     work: Work
 
 
@@ -50,24 +55,64 @@ def result_path(folder: Path, name: str) -> Path:
     return folder / "stages" / f"{name}.json"
 
 
-def run_tasks(folder: Path, tasks: Sequence[Task], progress: Progress) -> list[dict[str, Any]]:
-    """Run the tasks that have no result yet, one process a core and one thread a process.
+class Runner:
+    """Worker processes, one a core and one thread each, that are kept for all tasks of a run."""
 
-    Args:
-        folder: The run's folder.
-        tasks: Independent of each other.
-        progress: Shows what is happening.
+    def __init__(self, folder: Path, progress: Progress) -> None:
+        """Set up; the processes start with the first task.
 
-    Returns:
-        The results, in the order of the tasks.
+        Args:
+            folder: The run's folder.
+            progress: Shows what is happening.
+        """
+        self._folder = folder
+        self._progress = progress
+        self._bars: dict[str, TaskID] = {}
+        context = multiprocessing.get_context("spawn")
+        self._messages: SimpleQueue[tuple[str, float] | None] = context.SimpleQueue()
+        workers = os.cpu_count() or 1
+        self._pool = ProcessPoolExecutor(workers, context, _start_worker, (self._messages,))
+        self._listener = threading.Thread(target=self._listen, daemon=True)
 
-    Raises:
-        Exception: Whatever a task raises; the other tasks' results are kept.
-    """
-    waiting = [task for task in tasks if not result_path(folder, task.name).exists()]
-    if waiting:
-        _run_waiting(folder, waiting, progress)
-    return [json.loads(result_path(folder, task.name).read_text("utf-8")) for task in tasks]
+    def __enter__(self) -> Self:
+        """Begin to listen to what the workers say."""
+        self._listener.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let running tasks finish, drop the others, stop."""
+        self._pool.shutdown(cancel_futures=True)
+        self._messages.put(None)
+        self._listener.join()
+
+    def run(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:
+        """Run the tasks that have no result yet.
+
+        Args:
+            tasks: Independent of each other.
+
+        Returns:
+            The results, in the order of the tasks.
+
+        Raises:
+            Exception: Whatever a task raises; finished tasks' results are kept.
+        """
+        waiting = [task for task in tasks if not result_path(self._folder, task.name).exists()]
+        for task in waiting:
+            self._bars[task.name] = self._progress.add_task(task.says, total=1.0, start=False)
+        with _single_threaded():
+            futures = [self._pool.submit(_do, self._folder, task) for task in waiting]
+            for future in as_completed(futures):
+                future.result()
+        paths = [result_path(self._folder, task.name) for task in tasks]
+        return [json.loads(path.read_text("utf-8")) for path in paths]
+
+    def _listen(self) -> None:
+        """Move the bars as the workers report."""
+        while (message := self._messages.get()) is not None:
+            name, share = message
+            self._progress.start_task(self._bars[name])
+            self._progress.update(self._bars[name], completed=share)
 
 
 def make_progress() -> Progress:
@@ -80,41 +125,6 @@ def make_progress() -> Progress:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-
-
-def _run_waiting(folder: Path, tasks: list[Task], progress: Progress) -> None:
-    """Run tasks in worker processes, and show how far they are."""
-    context = multiprocessing.get_context("spawn")
-    messages: SimpleQueue[tuple[str, float] | None] = context.SimpleQueue()
-    bars = {
-        task.name: progress.add_task(task.says, total=task.weight, start=False) for task in tasks
-    }
-    weights = {task.name: task.weight for task in tasks}
-
-    def listen() -> None:
-        while (message := messages.get()) is not None:
-            name, share = message
-            progress.start_task(bars[name])
-            progress.update(bars[name], completed=share * weights[name])
-
-    listener = threading.Thread(target=listen, daemon=True)
-    listener.start()
-    workers = min(len(tasks), os.cpu_count() or 1)
-    try:
-        with (
-            _single_threaded(),
-            ProcessPoolExecutor(workers, context, _start_worker, (messages,)) as pool,
-        ):
-            futures = [pool.submit(_do, folder, task) for task in tasks]
-            try:
-                for future in as_completed(futures):
-                    future.result()
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
-    finally:
-        messages.put(None)
-        listener.join()
 
 
 @contextmanager

@@ -17,7 +17,7 @@ class StudyConfig:
 
     seeds: int = 3
     """Training runs of each reward model and policy; the participants' answers are the same."""
-    clip_steps: int = 40_960
+    clip_steps: int = 14_336
     """PPO steps of the policy that makes the clips: part of the way, so that its clips show both
     good and clumsy passages. The learning rate decays as if it were trained to `policy_steps`."""
     horizon: int = 600
@@ -25,8 +25,11 @@ class StudyConfig:
     anchor_jitter: float = 0.5
     """Goals and people are drawn within this distance of their anchors [m], so that places mean
     the same in every episode."""
-    pool_episodes: int = 64
-    """Episodes from which the pool of segments is cut; as many again are held out."""
+    pool_envs: int = 8
+    """Corridors for each of the start places from which the pool's clips are collected: places
+    spread along the corridor, since from its beginning the end goal would hardly be shown."""
+    pool_steps: int = 150
+    """Steps of each of them."""
     pool_segments: int = 600
     """Segments of the pool, and of the held-out one."""
     segment_length: int = 50
@@ -39,7 +42,7 @@ class StudyConfig:
     """The reward model."""
     reward_training: RewardTrainingConfig = field(default_factory=RewardTrainingConfig)
     """How it is trained; the baseline differs by both alphas at 0."""
-    ppo: PpoConfig = field(default_factory=lambda: PpoConfig(log_std=-0.5))
+    ppo: PpoConfig = field(default_factory=PpoConfig)
     """How policies are trained."""
     policy_steps: int = 150_000
     """PPO steps of each policy."""
@@ -54,12 +57,13 @@ PRESETS = {
         seeds=2,
         clip_steps=4096,
         horizon=200,
-        pool_episodes=16,
+        pool_envs=1,
+        pool_steps=80,
         pool_segments=120,
         participants=4,
         map_states=600,
         reward_training=RewardTrainingConfig(epochs=4, batch_size=40),
-        ppo=PpoConfig(num_envs=16, rollout=64, epochs=2, log_std=-0.5),
+        ppo=PpoConfig(num_envs=16, epochs=2),
         policy_steps=4096,
         evaluation_episodes=10,
     ),

@@ -17,6 +17,7 @@ from polite.experiments.runner import Report
 from polite.experiments.study_config import StudyConfig
 from polite.experiments.study_world import (
     MapStates,
+    collect_along,
     collect_map_states,
     derive,
     floor_plan,
@@ -28,7 +29,7 @@ from polite.policies.ppo import PpoTrainer
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import RewardNet, load_reward_model, predict, save_reward_model
 from polite.rewards.trainer import train_reward
-from polite.rollouts import collect, evaluate
+from polite.rollouts import evaluate
 from polite.segments import cut_segments, uniform_pairs
 from polite.teachers.highlights import shuffle_highlights
 from polite.teachers.participants import (
@@ -38,7 +39,7 @@ from polite.teachers.participants import (
     answer_queries,
     draw_population,
 )
-from polite.types import Answer, Query, SegmentPool, Trajectory
+from polite.types import Answer, Query, SegmentPool
 from socialnav_env.metrics import METRICS
 
 CONDITIONS = {"polite": POLITE, "baseline": BASELINE}
@@ -110,8 +111,9 @@ def ask_participants(study: Study, report: Report) -> dict[str, Any]:
     report(0.3)
     held_out = _segments(study, policy, "held-out")
     save_feedback(study.folder / "data" / "held_out", held_out, [Query(0, 1)], [])
-    report(0.5)
-    states = collect_map_states(config, policy, seed, lambda share: report(0.5 + share / 2))
+    report(0.6)
+    rng = np.random.default_rng(derive(seed, "map"))
+    states = collect_map_states(config, policy, rng)
     states.save(study.arrays_path("map_states"))
     return _content_of(pool)
 
@@ -239,18 +241,12 @@ def _segments(study: Study, policy: GaussianPolicy, purpose: str) -> SegmentPool
     """Roll the clip-making policy out and cut segments."""
     config = study.config
     rng = np.random.default_rng(derive(study.seed, purpose))
-    env = study_env(config, config.pool_episodes, 0).vector_env
-    trajectories: list[Trajectory] = collect(
-        env,
-        lambda observations: policy.sample(observations, rng),
-        config.horizon,
-        derive(study.seed, purpose, "env"),
-    )
+    trajectories = collect_along(config, policy, rng)
     return cut_segments(trajectories, config.segment_length, config.pool_segments, rng)
 
 
 def _content_of(pool: SegmentPool) -> dict[str, Any]:
-    """What the clips show: the share with a person near, and with each goal being reached."""
+    """What the clips show: shares with a person near, goals being reached, and bad moments."""
     people = pool.states[..., 9:].reshape(*pool.states.shape[:2], -1, 4)
     distance = np.linalg.norm(people[..., :2] - pool.states[..., None, :2], axis=-1)
     near = (distance.min(axis=-1) < 1.8).any(axis=1)
@@ -259,6 +255,7 @@ def _content_of(pool: SegmentPool) -> dict[str, Any]:
         "share_with_person": float(near.mean()),
         "share_with_intermittent": float(gained[0]),
         "share_with_goal": float(gained[1]),
+        "share_with_contact": float((pool.rewards < -0.09).any(axis=1).mean()),
     }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from polite.files import write_atomically
 from polite.policies.policy import GaussianPolicy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rollouts import collect
+from polite.types import Trajectory
 from socialnav_env import SocialCorridorEnv
 from socialnav_env.layout import PAPER_ANCHORS
 
@@ -24,9 +24,7 @@ FLOOR_PEOPLE = ((1.2, PAPER_ANCHORS[0]), (-1.2, PAPER_ANCHORS[1]), (1.2, PAPER_A
 FLOOR_X, FLOOR_Z = 13, 60
 """Cells of the floor plan."""
 START_PLACES = 15
-"""Places along the corridor from which the map's states are collected."""
-STATE_STEPS, STATE_ENVS = 80, 10
-"""Steps and corridors for each of them."""
+"""Places along the corridor from which clips and map states are collected."""
 
 
 def scene_settings(config: StudyConfig) -> dict[str, Any]:
@@ -110,20 +108,27 @@ class MapStates:
             return cls(arrays["observations"], arrays["actions"], arrays["states"])
 
 
-def collect_map_states(
-    config: StudyConfig, policy: GaussianPolicy, seed: int, report: Callable[[float], None]
-) -> MapStates:
-    """Let the clip-making policy walk from many places and keep as many states in each metre of z.
-
-    Started at the corridor's beginning alone it would be seen too seldom near the end goal.
-    """
-    rng = np.random.default_rng(derive(seed, "map"))
+def collect_along(
+    config: StudyConfig, policy: GaussianPolicy, rng: np.random.Generator
+) -> list[Trajectory]:
+    """Let the clip-making policy, as it trains, walk from places spread along the corridor."""
     trajectories = []
-    for i, start in enumerate(np.linspace(-14.0, 14.0, START_PLACES)):
-        env = study_env(config, STATE_ENVS, 0, start_z=float(start)).vector_env
-        act = _sampling(policy, rng)
-        trajectories += collect(env, act, STATE_STEPS, derive(seed, "map", i))
-        report((i + 1) / START_PLACES)
+    for start in np.linspace(-14.0, 14.0, START_PLACES):
+        env = study_env(config, config.pool_envs, 0, start_z=float(start)).vector_env
+        trajectories += collect(
+            env,
+            lambda observations: policy.sample(observations, rng),
+            config.pool_steps,
+            int(rng.integers(2**31)),
+        )
+    return trajectories
+
+
+def collect_map_states(
+    config: StudyConfig, policy: GaussianPolicy, rng: np.random.Generator
+) -> MapStates:
+    """Collect states, and keep as many in each metre of z."""
+    trajectories = collect_along(config, policy, rng)
     states = np.concatenate([t.states for t in trajectories])
     bins = np.floor(states[:, 1])
     places = np.unique(bins)
@@ -139,13 +144,6 @@ def collect_map_states(
         np.concatenate([t.actions for t in trajectories])[chosen],
         states[chosen],
     )
-
-
-def _sampling(
-    policy: GaussianPolicy, rng: np.random.Generator
-) -> Callable[[NDArray[Any]], NDArray[np.float32]]:
-    """The policy as it trains: actions drawn, not the mean."""
-    return lambda observations: policy.sample(observations, rng)
 
 
 def floor_plan(config: StudyConfig) -> MapStates:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from polite.analysis.numbers import as_array
 from polite.plots.curves import draw_band
 from polite.plots.scene import draw_along
-from polite.plots.style import GREEN, GREY, LOOKS
+from polite.plots.style import BLUE, GREEN, GREY, LOOKS, Look
 
 Part = Mapping[str, Any]
 
@@ -35,6 +35,23 @@ def draw_reward_map(ax: Axes, maps: Part, scene: Part, *, standardised: bool = F
             ax.plot(as_array(maps[name]["z"]), row, color=LOOKS[name].colour, lw=0.4, alpha=0.45)
     ax.set_xlabel("robot's position along the corridor z [m]")
     ax.set_ylabel("standardised reward [sd]" if standardised else REWARD)
+    return ax
+
+
+def draw_profile(ax: Axes, part: Part, scene: Part) -> Axes:
+    """Mean r̂ of one model by the robot's z with ± 1 sd across the corridor.
+
+    Args:
+        ax: Where to draw.
+        part: `{z, mean, std}` (B) each.
+        scene: `scene` of results.json.
+    """
+    draw_along(ax, scene)
+    mean, std = as_array(part["mean"]), as_array(part["std"])
+    look = Look("mean across the corridor, ± 1 sd", BLUE, "-", "o")
+    draw_band(ax, as_array(part["z"]), mean, mean - std, mean + std, look)
+    ax.set_ylabel(REWARD)
+    ax.legend(loc="best")
     return ax
 
 

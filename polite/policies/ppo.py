@@ -22,9 +22,9 @@ from polite.policies.vec_env import GymnasiumVecEnv
 class PpoConfig:
     """Hyper-parameters of PPO."""
 
-    num_envs: int = 16
+    num_envs: int = 32
     """Envs that step together."""
-    rollout: int = 256
+    rollout: int = 64
     """Steps of each env between two updates."""
     batch_size: int = 256
     """Minibatch."""
@@ -44,7 +44,7 @@ class PpoConfig:
     """Units of each hidden layer of policy and value network."""
     activation: Literal["tanh", "relu"] = "tanh"
     """Activation of the hidden layers."""
-    log_std: float = 0.0
+    log_std: float = -0.5
     """Logarithm of the initial standard deviation of actions."""
 
 

@@ -29,10 +29,10 @@ class GymnasiumVecEnv(VecEnv):
             vector_env: One with `AutoresetMode.SAME_STEP`.
             seed: Seeds the first reset; env n gets seed + n.
         """
+        self.vector_env = vector_env  # first: stable-baselines3 asks for its render_mode
         super().__init__(
             vector_env.num_envs, vector_env.single_observation_space, vector_env.single_action_space
         )
-        self.vector_env = vector_env
         self.last_info: dict[str, Any] = {}
         self._seed: int | None = seed
         self._actions: NDArray[Any] = np.zeros(0)

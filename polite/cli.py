@@ -1,0 +1,88 @@
+"""The command `polite`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+from rich.console import Console
+
+from polite.types import PoliteError
+
+
+@dataclass(frozen=True)
+class Replicate:
+    """Replicate the user study with simulated participants: clips, answers, rewards, policies.
+
+    Writes results.json, report.html, figures/, clips/, data/ and models/ into a folder.
+    """
+
+    out: Path
+    """Folder for everything; new, unless --resume."""
+    preset: Literal["smoke", "fast", "paper"] = "fast"
+    """smoke: half a minute, to see that it runs; fast: a few minutes; paper: the one to cite."""
+    seed: int = 0
+    """Everything random follows from it."""
+    resume: bool = False
+    """Go on in a folder that was begun with the same preset and seed."""
+
+    def run(self) -> Path:
+        """Run the study; returns the report's path."""
+        from polite.experiments.replicate import replicate
+
+        return replicate(self.preset, self.seed, self.out, resume=self.resume)
+
+
+@dataclass(frozen=True)
+class Report:
+    """Draw a run's figures and page again from its stored numbers."""
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    """The folder of a replication."""
+
+    def run(self) -> Path:
+        """Draw; returns the report's path."""
+        from polite.report.page import write_report
+
+        return write_report(self.folder)
+
+
+@dataclass(frozen=True)
+class Map:
+    """Draw where a reward model pays: along the corridor and on its floor."""
+
+    model: Annotated[Path, tyro.conf.Positional]
+    """A saved reward model (.pt)."""
+    out: Path
+    """The picture, .png or .pdf."""
+
+    def run(self) -> Path:
+        """Draw; returns the picture's path."""
+        from polite.experiments.map import draw_map
+
+        return draw_map(self.model, self.out)
+
+
+Command = (
+    Annotated[Replicate, tyro.conf.subcommand("replicate")]
+    | Annotated[Report, tyro.conf.subcommand("report")]
+    | Annotated[Map, tyro.conf.subcommand("map")]
+)
+
+
+def main() -> None:
+    """Run the command line; a user's mistake is one line and exit code 2."""
+    command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")  # type: ignore[arg-type]
+    try:
+        path = command.run()
+    except PoliteError as error:
+        Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        Console(stderr=True).print("stopped; go on with --resume")
+        sys.exit(130)
+    Console(soft_wrap=True).print(f"{path}", markup=False, highlight=False)

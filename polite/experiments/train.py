@@ -1,0 +1,204 @@
+"""One training, from a method's name to a folder of results."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from rich.progress import Progress
+
+import socialnav_env  # noqa: F401 (registers the corridor)
+from polite.analysis.learning_curve import learning_curve
+from polite.dataset import save_feedback
+from polite.experiments.replicate import claim_folder
+from polite.experiments.runner import make_progress
+from polite.experiments.train_config import TrainConfig
+from polite.files import write_atomically, write_json
+from polite.methods.config import METHODS, LearningConfig
+from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
+from polite.methods.presets import EnvPreset, preset_of
+from polite.plots.style import BLUE, STYLE, WIDTH, Look
+from polite.plots.training import draw_training
+from polite.policies.policy import GaussianPolicy, save_policy
+from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
+from polite.rewards.network import FAST, PAPER, save_reward_model
+from polite.rollouts import evaluate
+from polite.types import PoliteError
+
+RESULTS = "results.json"
+NETS = {"fast": FAST, "paper": PAPER}
+EVALUATION_SEED = 1_000_000
+"""Added to the run's seed, so that the policy is judged on scenes that it was not trained on."""
+RATES = {
+    "success": "success_rate",
+    "intermittent": "intermittent_rate",
+    "collisions": "collision_rate",
+}
+"""What an env may tell of an episode -> the share of episodes in which it is above 0."""
+
+Results = dict[str, Any]
+
+
+def train(**settings: Any) -> Path:
+    """Train a policy: `run_train` with the fields of `TrainConfig` as keywords.
+
+    Example:
+        polite.train(out="runs/first", method="polite", queries=200, seed=0)
+
+    Returns:
+        The path of `results.json`.
+
+    Raises:
+        PoliteError: as `run_train`.
+        TypeError: if a keyword is unknown, or `out` is missing.
+    """
+    if "out" in settings:
+        settings["out"] = Path(settings["out"])
+    return run_train(TrainConfig(**settings))
+
+
+def run_train(config: TrainConfig) -> Path:
+    """Train a policy and write everything into a folder.
+
+    `results.json` is written last: a folder that has it is finished. The rest is `models/reward.pt`
+    (unless the true reward paid), `models/policy.pt`, `data/` (where a teacher was asked) and
+    `figures/learning_curve.png`.
+
+    Args:
+        config: what to train.
+
+    Returns:
+        The path of `results.json`.
+
+    Raises:
+        PoliteError: if the folder is in use, a setting is impossible, or the env is unknown, has no
+            vectors or gives NaN.
+    """
+    preset = preset_of(config.env)
+    learning = _learning_config(config, preset)
+    make_env = _env_maker(config, preset)  # tried once, before a folder is made
+    _check_env(make_env(1, 0))
+    claim_folder(config.out, _identity(config), config.resume)
+    with make_progress() as progress:
+        if (config.out / RESULTS).exists():
+            progress.console.print(f"{config.out} is finished already; nothing to do")
+        else:
+            report = _reporter(progress)
+            learned = learn(make_env, preset.make_teacher, learning, config.seed, report)
+            report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
+            evaluation = {"evaluation": _judge(make_env, learned.policy, config)}
+            results = {"config": _identity(config)} | evaluation | _results(learned)
+            _write(config.out, learned, results)
+    return config.out / RESULTS
+
+
+def _identity(config: TrainConfig) -> Results:
+    """What makes the run what it is, wherever it is kept."""
+    settings = dataclasses.asdict(config)
+    return {name: settings[name] for name in settings if name not in ("out", "resume")}
+
+
+def _learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
+    """The method's settings in this env."""
+    return LearningConfig(
+        method=METHODS[config.method],
+        queries=config.queries,
+        steps=config.steps,
+        net=NETS[config.net],
+        training=preset.training,
+        ppo=preset.ppo,
+    )
+
+
+def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
+    """How this run's envs are made."""
+    return lambda count, seed: make_vec_env(config.env, count, seed, **preset.settings)
+
+
+def _check_env(env: GymnasiumVecEnv) -> None:
+    """Refuse an env whose episodes may last for ever: they could not be evaluated.
+
+    Raises:
+        PoliteError: if it has no time limit.
+    """
+    spec = env.vector_env.spec
+    if spec is None or spec.max_episode_steps is None:
+        raise PoliteError(f"{spec and spec.id}: no time limit; register it with max_episode_steps")
+
+
+def _reporter(progress: Progress) -> Report:
+    """A bar that says what is happening."""
+    bar = progress.add_task("beginning", total=1.0)
+    return lambda says, share: progress.update(bar, description=says, completed=share)
+
+
+def _judge(make_env: MakeEnv, policy: GaussianPolicy, config: TrainConfig) -> Results:
+    """The policy's most likely actions over whole episodes, under the true reward."""
+    env = make_env(config.evaluation_episodes, 0)
+    numbers = evaluate(env.vector_env, policy.mean_action, config.seed + EVALUATION_SEED)
+    env.close()
+    spread = float(numbers["return"].std())
+    means = {name: float(np.mean(values)) for name, values in _outcomes(numbers).items()}
+    return {"episodes": config.evaluation_episodes, "return_sd": spread} | means
+
+
+def _outcomes(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Return and length of episodes, and the rates that the env tells."""
+    known = {name: numbers[name] for name in ("return", "length")}
+    return known | {
+        rate: np.asarray(numbers[name]) > 0 for name, rate in RATES.items() if name in numbers
+    }
+
+
+def _results(learned: Learned) -> Results:
+    """What the training was and how it went."""
+    episodes = [{"step": e["step"]} | _outcomes(e) for e in learned.episodes]
+    answers = learned.feedback.answers if learned.feedback else []
+    return {
+        "simulated": True,
+        "queries_asked": len(answers),
+        "answers": {
+            "no_preference": sum(answer.preferred is None for answer in answers),
+            "positive": sum(answer.positive is not None for answer in answers),
+            "negative": sum(answer.negative is not None for answer in answers),
+        },
+        "sessions": learned.sessions,
+        "policy_steps": learned.policy_steps,
+        "collection_steps": learned.collection_steps,
+        "curve": learning_curve(episodes, learned.policy_steps),
+    }
+
+
+def _write(folder: Path, learned: Learned, results: Results) -> None:
+    """Write models, data, the figure, and at last the results."""
+    save_policy(folder / "models" / "policy.pt", learned.policy)
+    if learned.reward is not None:
+        save_reward_model(folder / "models" / "reward.pt", learned.reward)
+    if learned.feedback is not None:
+        save_feedback(folder / "data", **vars(learned.feedback))
+    draw_learning_curve(folder / "figures" / "learning_curve.png", results)
+    write_json(folder / RESULTS, results)
+
+
+def draw_learning_curve(path: Path, results: Results) -> None:
+    """Draw the true return, and the success rate where there is one, against policy steps."""
+    curve = results["curve"]
+    panels = {"return": "true return", "success_rate": "success rate"}
+    shown = [name for name in panels if name in curve]
+    look = Look(results["config"]["method"], BLUE, "-", "o")
+    with rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 2.8))
+        FigureCanvasAgg(figure)
+        axes = figure.subplots(1, max(1, len(shown)), squeeze=False)[0]
+        for ax, name in zip(axes, shown, strict=False):
+            draw_training(ax, curve["steps"], curve[name], results["sessions"], look, panels[name])
+        axes[0].set_title("{method}, {env}, seed {seed}".format(**results["config"]))
+        if results["sessions"]:
+            axes[0].legend(loc="lower right")
+        write_atomically(path, figure.savefig)

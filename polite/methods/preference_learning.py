@@ -1,0 +1,243 @@
+"""A policy learns from a reward model, and the reward model from a teacher, by turns.
+
+The schedule is that of POLITE's synthetic experiments (Holk, Marta, Leite, ICRA 2024, and the
+released code): feedback sessions in the first part of the training, after each of which the same
+reward model is trained on with all answers so far; then it stays as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from polite.dataset import Feedback
+from polite.methods.config import LearningConfig, Session
+from polite.methods.history import FeedbackHistory, Teacher
+from polite.policies.policy import GaussianPolicy
+from polite.policies.ppo import PpoTrainer
+from polite.policies.vec_env import GymnasiumVecEnv
+from polite.rewards.data import PreferenceData, stack_feedback
+from polite.rewards.network import RewardNet, predict
+from polite.rewards.trainer import train_reward
+from polite.rollouts import collect
+from polite.segments import cut_segments
+from polite.types import Floats32, PoliteError, SegmentPool
+
+MakeEnv = Callable[[int, int], GymnasiumVecEnv]
+"""(count, seed) -> so many envs that step together."""
+MakeTeacher = Callable[[SegmentPool], Teacher]
+"""The first session's segments -> who answers."""
+Report = Callable[[str, float], object]
+"""Told what is happening, and the share of all policy steps that is done, in [0, 1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """What a training leaves behind."""
+
+    policy: GaussianPolicy
+    """The trained policy."""
+    reward: RewardNet | None
+    """The reward model that paid it; None if the true reward did."""
+    feedback: Feedback | None
+    """Segments, queries and answers; None if nobody was asked."""
+    episodes: list[dict[str, float]]
+    """Finished training episodes under the true reward (`policies.episodes.EpisodeTally`)."""
+    sessions: list[int]
+    """Policy steps before each feedback session; a session waits for the end of a rollout."""
+    policy_steps: int
+    """PPO steps, in whole rollouts."""
+    collection_steps: int
+    """Env steps spent on collecting segments, beside the policy steps."""
+
+
+def learn(
+    make_env: MakeEnv,
+    make_teacher: MakeTeacher,
+    config: LearningConfig,
+    seed: int,
+    report: Report = lambda says, share: None,
+) -> Learned:
+    """Train a policy by one of the methods.
+
+    The reward model's input statistics are fixed on the first session's segments, which the
+    untrained method collects too: at the start every method has the same reward model.
+
+    Args:
+        make_env: makes the envs.
+        make_teacher: chooses the teacher once the first segments are there.
+        config: the method and its settings.
+        seed: everything random follows from it.
+        report: told how far it is.
+
+    Raises:
+        PoliteError: if the env's observations or actions are no vectors.
+        NotFiniteError: if the env gives NaN or infinity.
+    """
+    learner = _Learner(make_env, make_teacher, config, seed, report)
+    try:
+        return learner.run()
+    finally:
+        learner.close()
+
+
+class _Learner:
+    """One run: policy, reward model and feedback as they grow."""
+
+    def __init__(
+        self,
+        make_env: MakeEnv,
+        make_teacher: MakeTeacher,
+        config: LearningConfig,
+        seed: int,
+        report: Report,
+    ) -> None:
+        env, policy, weights, batches, samples, answers = _seeds(seed, 6)
+        self._make_env, self._make_teacher = make_env, make_teacher
+        self._config, self._report = config, report
+        self._env = make_env(config.ppo.num_envs, env)
+        self._net = RewardNet(*_sizes(self._env), config.net, _generator(weights))
+        reward = None if config.method.true_reward else self._score
+        self._trainer = PpoTrainer(self._env, config.ppo, policy, config.steps, reward)
+        self._batches = _generator(batches)
+        self._samples = np.random.default_rng(samples)
+        self._answers = np.random.default_rng(answers)
+        self._history = FeedbackHistory(config.schedule.recent_sessions)
+        self._teacher: Teacher | None = None
+        self._held: list[int] = []
+        self._done = self._collected = 0
+
+    def run(self) -> Learned:
+        """Ask and train by turns, then train the policy to the end."""
+        config = self._config
+        for number, session in enumerate(self._sessions(), 1):
+            self._train_policy(session.at)
+            self._hold(session, f"session {number} of {config.schedule.sessions}")
+        self._train_policy(config.steps)
+        return Learned(
+            policy=self._trainer.policy(),
+            reward=None if config.method.true_reward else self._net,
+            feedback=self._history.feedback if config.method.asks else None,
+            episodes=self._trainer.episodes,
+            sessions=self._held,
+            policy_steps=self._done,
+            collection_steps=self._collected,
+        )
+
+    def close(self) -> None:
+        """Close the envs."""
+        self._env.close()
+
+    def _sessions(self) -> list[Session]:
+        """When segments are collected: once, for the input statistics, if nobody is asked."""
+        config = self._config
+        if config.method.true_reward:
+            return []
+        plan = config.schedule.plan(max(1, config.queries), config.steps)
+        return plan if config.method.asks else plan[:1]
+
+    def _hold(self, session: Session, name: str) -> None:
+        """Collect segments, ask about them, and train the reward model on all answers so far."""
+        self._says(f"{name}: collecting segments")
+        pool = self._collect(session.queries * self._config.schedule.segments_per_query)
+        self._history.add_segments(pool)
+        first = self._teacher is None
+        if self._teacher is None:
+            self._net.standardise(pool)
+            self._teacher = self._make_teacher(pool)
+        if self._config.method.asks:
+            self._held.append(self._done)
+            self._history.ask(session.queries, self._teacher, self._answers)
+            self._train_reward(name, first=first)
+
+    def _collect(self, count: int) -> SegmentPool:
+        """Roll the policy out as it trains, its actions drawn, and cut segments."""
+        length = self._config.schedule.segment_length
+        steps = min(count * length, _time_limit(self._env) or count * length)
+        env = self._make_env(ceil(count * length / steps), 0)
+        policy = self._trainer.policy()
+        try:
+            trajectories = collect(
+                env.vector_env,
+                lambda observations: policy.sample(observations, self._samples),
+                steps,
+                int(self._samples.integers(2**31)),
+            )
+        finally:
+            env.close()
+        self._collected += env.num_envs * steps
+        return cut_segments(trajectories, length, count, self._samples)
+
+    def _train_reward(self, name: str, *, first: bool) -> None:
+        """Train the reward model on, from where it is."""
+        schedule, method = self._config.schedule, self._config.method
+        epochs = schedule.first_epochs if first else schedule.later_epochs
+        config = replace(self._config.training, epochs=epochs)
+        if not method.highlights:
+            config = replace(config, alpha_positive=0.0, alpha_negative=0.0)
+        feedback = self._history.feedback
+        data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+        if not method.preferences:
+            data = without_preferences(data)
+        train_reward(
+            self._net,
+            data,
+            config,
+            self._batches,
+            lambda epoch, _: self._says(f"{name}: reward model, epoch {epoch} of {epochs}"),
+        )
+
+    def _train_policy(self, until: int) -> None:
+        """Train the policy until so many steps are done, in whole rollouts."""
+        self._says("training the policy")
+        if until > self._done:
+            self._trainer.train(until - self._done, self._note_steps)
+
+    def _note_steps(self, steps: int) -> None:
+        self._done = steps
+        self._says("training the policy")
+
+    def _says(self, what: str) -> None:
+        self._report(what, min(1.0, self._done / self._config.steps))
+
+    def _score(self, observations: NDArray[Any], actions: NDArray[Any]) -> Floats32:
+        """The reward model as it is now."""
+        return predict(self._net, observations, actions)
+
+
+def without_preferences(data: PreferenceData) -> PreferenceData:
+    """The same answers with μ = (0, 0), which adds nothing to Eq. 2: the highlights remain."""
+    return replace(data, mu=torch.zeros_like(data.mu))
+
+
+def _sizes(env: GymnasiumVecEnv) -> tuple[int, int]:
+    """How many entries an observation and an action have.
+
+    Raises:
+        PoliteError: if one of them is no vector.
+    """
+    for name, space in (("observations", env.observation_space), ("actions", env.action_space)):
+        if space.shape is None or len(space.shape) != 1:
+            raise PoliteError(f"expected {name} that are vectors (Box of one axis), got {space}")
+    return env.observation_space.shape[0], env.action_space.shape[0]  # type: ignore[index]
+
+
+def _time_limit(env: GymnasiumVecEnv) -> int | None:
+    """Steps after which an episode is cut off, where the env has such a limit."""
+    spec = env.vector_env.spec
+    return None if spec is None else spec.max_episode_steps
+
+
+def _seeds(seed: int, count: int) -> list[int]:
+    """Independent seeds that follow from one."""
+    return [int(s.generate_state(1)[0] >> 1) for s in np.random.SeedSequence(seed).spawn(count)]
+
+
+def _generator(seed: int) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)
