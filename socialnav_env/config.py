@@ -107,7 +107,7 @@ class CorridorConfig:
     """Paid once, on the step that collects the intermittent goal."""
     collision_penalty: float = _number(1.0, 0.0, 1000.0)
     """Taken when the robot runs into a person or a wall after `contact_memory` free of contact."""
-    contact_penalty: float = _number(0.1, 0.0, 1000.0)
+    contact_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken on each further step in contact."""
     contact_memory: float = _number(0.5, 0.0, 60.0)
     """A contact this soon after the last one is the same collision [s]."""
@@ -134,8 +134,8 @@ class CorridorConfig:
             limit = self.half_length - self.robot_radius
             if abs(getattr(self, name)) > limit:
                 raise ConfigError(
-                    f"{name}={getattr(self, name)} lies outside the corridor: "
-                    f"expected a value in [{-limit:g}, {limit:g}] (half_length={self.half_length:g})"
+                    f"{name}={getattr(self, name)} lies outside the corridor: expected a value in "
+                    f"[{-limit:g}, {limit:g}] (half_length={self.half_length:g})"
                 )
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -29,6 +29,10 @@ from socialnav_env.world import World
 
 RENDER_MODES = ("human", "rgb_array")
 FRAMES_PER_SECOND = round(1.0 / CorridorConfig().dt)
+
+
+INFO = (*TERMS, "x_position", "z_position", "x_velocity", "z_velocity", "collision", *METRICS)
+"""The keys of `info`."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     |---|---|
     | `reward_goal` | `goal_reward` (1), once, on the step that reaches the end goal |
     | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
-    | `reward_collision` | -`collision_penalty` (1) when a contact begins, -`contact_penalty` (0.1) on each further step of it |
+    | `reward_collision` | -`collision_penalty` (1) when a contact begins, -`contact_penalty` (0.02) on each further step of it |
     | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person nearer than 1.2 m |
     | `reward_progress` | `progress_weight` (0.1) times the metres gained on the way to the next goal |
     | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
@@ -146,7 +150,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     * v0: first version.
     """  # noqa: E501 (a Markdown table row is one line)
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 (Gymnasium declares it an instance's)
         "render_modes": list(RENDER_MODES),
         "render_fps": FRAMES_PER_SECOND,
     }
@@ -178,6 +182,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         self.render_mode = render_mode
         self.render_width = render_width
         self.world = World(self.config, 1)
+        self.world.begin(0, np.random.default_rng(0))  # a state to look at before the first reset
+        self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
         self.observation_space = gym.spaces.Box(self.world.low, self.world.high, dtype=np.float64)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), dtype=np.float32)  # type: ignore[assignment]
         self.data = CorridorData(self.world)
@@ -229,7 +235,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         reward = sum([info[name] for name in TERMS])
         return observations[0], reward, bool(self.world.ended[0]), False, info
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Draw the present moment: an (h, w, 3) array, or a frame in the window."""
         if self.render_mode is None:
             gym.logger.warn("render() needs a render_mode: gym.make(..., render_mode='rgb_array')")
@@ -251,7 +257,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
     def state_row(self) -> FloatArray:
         """(9 + 4 H,) what a picture of the present moment needs (`State.scene_rows`)."""
-        return self.world.state.scene_rows()[0]
+        row: FloatArray = self.world.state.scene_rows()[0]
+        return row
 
     def render_state(self, row: ArrayLike, trail: ArrayLike = ()) -> NDArray[np.uint8]:
         """Draw a recorded moment; the env itself is not changed.
@@ -294,7 +301,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         self._trail = []
         self._begun = True
         self._leave_trail()
-        return self.world.observe()[0]
+        observation: FloatArray = self.world.observe()[0]
+        return observation
 
     def set_state(self, qpos: ArrayLike, qvel: ArrayLike) -> None:
         """Place every body as MuJoCo's does; goals, flags, people's ways and time stay.
@@ -322,15 +330,9 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """Reward terms, MuJoCo keys and metrics of the last step, in fresh objects."""
         world = self.world
         z, x, _, vz, vx, _ = world.state.bodies[0, 0].tolist()
-        return {
-            **dict(zip(TERMS, world.terms[0].tolist(), strict=True)),
-            "x_position": x,
-            "z_position": z,
-            "x_velocity": vx,
-            "z_velocity": vz,
-            "collision": bool(world.collided[0]),
-            **dict(zip(METRICS, world.metrics[0].tolist(), strict=True)),
-        }
+        motion = (x, z, vx, vz, bool(world.collided[0]))
+        values = (*world.terms[0].tolist(), *motion, *world.metrics[0].tolist())
+        return dict(zip(INFO, values, strict=True))
 
     def _leave_trail(self) -> None:
         """Remember where the robot is, when pictures are wanted."""

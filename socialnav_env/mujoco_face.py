@@ -65,7 +65,8 @@ class CorridorData:
     @property
     def ctrl(self) -> FloatArray:
         """(nu,) the last action, clipped."""
-        return self._world.state.control[0].copy()
+        control: FloatArray = self._world.state.control[0].copy()
+        return control
 
     @property
     def time(self) -> float:

@@ -103,7 +103,8 @@ def repulsion(
     near = max(math.hypot(dz, dx), 1e-6)
     ahead = max(math.hypot(ahead_z, ahead_x), 1e-6)
     total = near + ahead
-    b = 0.5 * math.sqrt(max(total * total - stride_z * stride_z - stride_x * stride_x, 1e-8))
+    b = 0.5 * math.sqrt(max(total * total - stride_z * stride_z - stride_x * stride_x, 0.0))
+    b = max(b, 0.5 * reach)  # on the other's way b falls to 0, where the gradient has a pole
     strength = (
         p.human_force / p.human_force_range * math.exp(min(reach - b, 0.0) / p.human_force_range)
     )

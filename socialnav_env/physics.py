@@ -1,4 +1,4 @@
-"""The bodies, shapes and walls of N corridors in one pymunk Space; the only file that knows it."""
+"""The bodies, shapes and walls of N corridors in one pymunk Space."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pymunk
 from pymunk import batch
 
+from socialnav_env.chipmunk import Transfer, stepper
 from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
@@ -89,6 +90,30 @@ def _top_speed(bodies: FloatArray, commands: FloatArray, n: int, i: int) -> floa
     return max(now, math.hypot(commands[n, i, 0], commands[n, i, 1]))
 
 
+@kernel
+def prepare(
+    bodies: FloatArray,
+    commands: FloatArray,
+    masses: FloatArray,
+    radii: FloatArray,
+    edges: FloatArray,
+    frames: int,
+    timestep: float,
+    drive: FloatArray,
+    contacts: BoolArray,
+    time: FloatArray,
+) -> bool:
+    """Make ready for a step: forces, no contacts yet, the clock; see `push` and `can_touch`.
+
+    Returns:
+        Whether anybody can touch anything within the step.
+    """
+    push(bodies, commands, masses, timestep, drive)
+    contacts[:] = False
+    time += frames * timestep
+    return can_touch(bodies, commands, radii, edges, frames * timestep)
+
+
 class Physics:
     """Moves the bodies of N corridors that lie side by side in one Space.
 
@@ -107,6 +132,7 @@ class Physics:
             count: Number of corridors.
         """
         self._config = config
+        self._timestep = config.timestep
         self._offsets = np.arange(count) * (2.0 * config.half_width + GAP + 4.0 * WALL)
         self._space = pymunk.Space()
         self._space.use_spatial_hash(CELL, CELLS_PER_CORRIDOR * count)
@@ -119,16 +145,12 @@ class Physics:
             for slot, body in enumerate(bodies)
         }
         per_corridor = 1 + config.num_humans
-        # pymunk's batch functions visit the static body last, hence one row more; and a full
-        # buffer makes them reallocate memory that is NumPy's, hence another.
         moving = count * per_corridor
-        rows = moving + 2
-        self._state = np.zeros((rows, 6))
-        self._drive = np.zeros((rows, 3))
-        self._moved = self._state[:moving].reshape(count, per_corridor, 6)
-        self._state_buffer, self._drive_buffer = batch.Buffer(), batch.Buffer()
-        self._state_buffer.set_float_buf(self._state)
-        self._drive_buffer.set_float_buf(self._drive)
+        state, self._drive = np.zeros((moving + 2, 6)), np.zeros((moving + 2, 3))
+        self._read_state = Transfer(self._space, _STATE, state).read
+        self._write_drive = Transfer(self._space, _DRIVE, self._drive).write
+        self._moved = state[:moving].reshape(count, per_corridor, 6)
+        self._advance = stepper(self._space)
         self._contact_buffer = batch.Buffer()
         self._masses = np.array([config.robot_mass] + [config.human_mass] * config.num_humans)
         self._radii = np.array([config.robot_radius] + [config.human_radius] * config.num_humans)
@@ -164,7 +186,7 @@ class Physics:
             body.velocity = row[3], row[4]
             body.angular_velocity = row[5]
 
-    def step(self, frames: int, bodies: FloatArray, contacts: BoolArray) -> None:
+    def step(self, frames: int, bodies: FloatArray, contacts: BoolArray, time: FloatArray) -> None:
         """Drive the bodies to the commanded velocities in `frames` physics steps.
 
         They take them up in the first one, and move with them from the second one on.
@@ -173,23 +195,30 @@ class Physics:
             frames: Number of physics steps.
             bodies: (N, 1 + H, 6) the bodies before; overwritten with the bodies after.
             contacts: (N, 2) written: the robot touched a person, a wall.
+            time: (N,) seconds since the episode's start; updated.
         """
-        contacts[...] = False
-        timestep = self._config.timestep
-        push(bodies, self.commands, self._masses, timestep, self._drive)
-        batch.set_space_bodies(self._space, _DRIVE, self._drive_buffer)
-        watch = len(bodies) > 8 or can_touch(
-            bodies, self.commands, self._radii, self._edges, frames * timestep
+        timestep = self._timestep
+        near = prepare(
+            bodies,
+            self.commands,
+            self._masses,
+            self._radii,
+            self._edges,
+            frames,
+            timestep,
+            self._drive,
+            contacts,
+            time,
         )
+        self._write_drive()
         touching = False
         for _ in range(frames):
-            self._space.step(timestep)
-            if watch:
+            self._advance(timestep)
+            if near:
                 touching = self._read_contacts(contacts)
         if touching:
             self._forget_contacts()
-        self._state_buffer.clear()
-        batch.get_space_bodies(self._space, _STATE, self._state_buffer)
+        self._read_state()
         bodies[...] = self._moved
         if len(bodies) > 1:
             bodies[..., 1] -= self._offsets[:, None]
@@ -215,5 +244,5 @@ class Physics:
         for one step that is too short to move anybody.
         """
         self._space.collision_persistence = 0
-        self._space.step(PURGE_TIME)
+        self._advance(PURGE_TIME)
         self._space.collision_persistence = 1

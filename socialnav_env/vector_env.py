@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -24,7 +24,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
     finished episodes. `info` has the single env's keys, each an (N,) array.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 (Gymnasium declares it an instance's)
         "render_modes": [],
         "autoreset_mode": AutoresetMode.SAME_STEP,
     }

@@ -114,8 +114,7 @@ class World:
             self._people,
             commands,
         )
-        self._physics.step(frames, state.bodies, self.contacts)
-        state.time += frames * config.timestep
+        self._physics.step(frames, state.bodies, self.contacts, state.time)
 
     def _score(self) -> None:
         """Write the reward terms of what just happened and count it in the metrics."""

@@ -136,7 +136,7 @@ class _Positions:
         return self._env.data.qpos.copy(), self._env.data.qvel.copy()
 
     def show(self, moment: tuple[FloatArray, FloatArray]) -> NDArray[np.uint8]:
-        import mujoco  # an extra, which whoever has a MujocoEnv has installed
+        import mujoco  # type: ignore[import-untyped] # an extra, which whoever has a MujocoEnv has installed
 
         # The next step depends on more than qpos and qvel, on the solver's warm start for one.
         present = copy.copy(self._env.data)

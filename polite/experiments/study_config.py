@@ -67,11 +67,10 @@ PRESETS = {
         policy_steps=4096,
         evaluation_episodes=10,
     ),
-    "fast": StudyConfig(reward_training=RewardTrainingConfig(epochs=100, batch_size=40)),
+    "fast": StudyConfig(),
     "paper": StudyConfig(
         seeds=5,
         reward_net=PAPER,
-        reward_training=RewardTrainingConfig(epochs=100, batch_size=128),
         policy_steps=204_800,
         sensitivity_seeds=5,
     ),

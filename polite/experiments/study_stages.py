@@ -255,7 +255,7 @@ def _content_of(pool: SegmentPool) -> dict[str, Any]:
         "share_with_person": float(near.mean()),
         "share_with_intermittent": float(gained[0]),
         "share_with_goal": float(gained[1]),
-        "share_with_contact": float((pool.rewards < -0.09).any(axis=1).mean()),
+        "share_with_collision": float((pool.rewards < -0.5).any(axis=1).mean()),
     }
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import torch
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -85,7 +87,7 @@ def run_train(config: TrainConfig) -> Path:
     make_env = _env_maker(config, preset)  # tried once, before a folder is made
     _check_env(make_env(1, 0))
     claim_folder(config.out, _identity(config), config.resume)
-    with make_progress() as progress:
+    with make_progress() as progress, _one_thread():
         if (config.out / RESULTS).exists():
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
@@ -130,6 +132,17 @@ def _check_env(env: GymnasiumVecEnv) -> None:
     spec = env.vector_env.spec
     if spec is None or spec.max_episode_steps is None:
         raise PoliteError(f"{spec and spec.id}: no time limit; register it with max_episode_steps")
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """With more, networks this small are slower, and sums depend on the number of cores."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def _reporter(progress: Progress) -> Report:

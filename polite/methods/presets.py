@@ -32,7 +32,7 @@ class EnvPreset:
     )
     """L, λ, α and the minibatch of the reward model."""
     ppo: PpoConfig = field(
-        default_factory=lambda: PpoConfig(num_envs=8, rollout=256, learning_rate=3e-4)
+        default_factory=lambda: PpoConfig(num_envs=8, rollout=256, learning_rate=3e-4, log_std=0.0)
     )
     """The policy's training, chosen for a laptop's two cores."""
     settings: Mapping[str, Any] = field(default_factory=dict)

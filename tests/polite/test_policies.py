@@ -1,0 +1,251 @@
+import gymnasium as gym
+import numpy as np
+import pytest
+import torch
+from stable_baselines3.common.vec_env import VecNormalize
+from stub_envs import register, vec_env
+
+from polite.policies.episodes import EpisodeTally
+from polite.policies.learned_reward import LearnedReward
+from polite.policies.policy import GaussianPolicy, load_policy, save_policy
+from polite.policies.ppo import PpoConfig, PpoTrainer, train_ppo
+from polite.policies.vec_env import make_vec_env
+from polite.types import NotFiniteError, PoliteError, ShapeError
+
+SMALL = PpoConfig(num_envs=2, rollout=16, batch_size=16, epochs=2, hidden=(8, 8))
+ZEROS = np.zeros((1, 2), np.float32)
+
+
+def make_policy(activation="tanh", seed=0):
+    rng = np.random.default_rng(seed)
+    shapes = ((4, 3), (4,), (2, 4), (2,))
+    return GaussianPolicy(
+        weights=tuple(rng.normal(size=shape).astype(np.float32) for shape in shapes),
+        activation=activation,
+        log_std=np.array([-1.0, 0.5], np.float32),
+        mean=rng.normal(size=3),
+        variance=rng.uniform(0.5, 2.0, 3),
+        low=np.array([-1.0, -0.5], np.float32),
+        high=np.array([1.0, 0.5], np.float32),
+    )
+
+
+# --- the adapter ---------------------------------------------------------------------------------
+
+
+def test_an_ended_episode_leaves_its_last_observation_and_begins_anew() -> None:
+    env = vec_env(lengths=(2, 3))
+    assert env.reset().tolist() == [[0, 0]]
+    assert env.step(ZEROS)[0].tolist() == [[1, 0]]
+    observations, rewards, ended, infos = env.step(ZEROS)
+    assert observations.tolist() == [[0, 1]]  # already the next episode
+    assert rewards.tolist() == [1.0]
+    assert ended.tolist() == [True]
+    assert infos[0]["terminal_observation"].tolist() == [2, 0]
+    assert infos[0]["TimeLimit.truncated"] is False
+
+
+def test_a_time_limit_is_told_apart_from_an_end() -> None:
+    env = vec_env(lengths=(9,), limit=2)
+    env.reset()
+    env.step(ZEROS)
+    _, _, ended, infos = env.step(ZEROS)
+    assert ended.tolist() == [True]
+    assert infos[0]["TimeLimit.truncated"] is True
+
+
+def test_envs_end_one_by_one() -> None:
+    env = vec_env(count=3, lengths=(2,))
+    env.reset()
+    env.step(np.zeros((3, 2), np.float32))
+    _, _, ended, infos = env.step(np.zeros((3, 2), np.float32))
+    assert ended.all()
+    assert all("terminal_observation" in info for info in infos)
+
+
+def test_nan_from_the_env_is_an_error_at_once() -> None:
+    env = vec_env(spoiled_at=2)
+    env.reset()
+    env.step(ZEROS)
+    with pytest.raises(NotFiniteError, match="check the env"):
+        env.step(ZEROS)
+
+
+@pytest.mark.parametrize("env_id", ["CartPole-v1", "NoSuchEnv-v0", "no id at all!"])
+def test_an_env_that_cannot_be_used_is_a_one_line_error(env_id: str) -> None:
+    with pytest.raises(PoliteError) as caught:
+        make_vec_env(env_id, 1, 0)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_setting_is_a_one_line_error() -> None:
+    import socialnav_env  # noqa: F401
+
+    with pytest.raises(PoliteError, match="SocialCorridor-v0.*gravity"):
+        make_vec_env("SocialCorridor-v0", 1, 0, gravity=1.0)
+
+
+# --- the learned reward --------------------------------------------------------------------------
+
+
+def test_the_learned_reward_scores_the_observation_before_the_step() -> None:
+    env = LearnedReward(vec_env(lengths=(3, 2)), lambda observations, actions: observations[:, 0])
+    env.reset()
+    scored = [env.step(ZEROS)[1].item() for _ in range(6)]
+    assert scored == [0, 1, 2, 0, 1, 0]  # never the first observation of the next episode
+
+
+def test_the_learned_reward_scores_the_action_that_the_env_was_given() -> None:
+    env = LearnedReward(vec_env(), lambda observations, actions: actions[:, 1])
+    env.reset()
+    for value in (0.5, -0.25):
+        assert env.step(np.array([[0.0, value]], np.float32))[1].tolist() == [value]
+
+
+def test_the_true_reward_is_kept() -> None:
+    env = LearnedReward(vec_env(), lambda observations, actions: -observations[:, 0])
+    env.reset()
+    action = np.array([[1.0, 0.0]], np.float32)
+    infos = [env.step(action)[3][0] for _ in range(3)]
+    assert [info["true_reward"] for info in infos] == pytest.approx([0.01, 1.01, 2.01])
+
+
+def test_the_learned_reward_sees_raw_observations_beneath_vec_normalize() -> None:
+    seen = []
+
+    def reward(observations, actions):
+        seen.append(observations.copy())
+        return observations[:, 0]
+
+    env = VecNormalize(LearnedReward(vec_env(lengths=(4,)), reward))
+    env.reset()
+    for _ in range(4):
+        env.step(ZEROS)
+    assert np.concatenate(seen)[:, 0].tolist() == [0, 1, 2, 3]
+
+
+def test_the_tally_counts_whole_episodes_by_the_true_reward() -> None:
+    env = EpisodeTally(vec_env(count=2, lengths=(3, 2)))
+    env.reset()
+    for _ in range(5):
+        env.step(np.zeros((2, 2), np.float32))
+    first = {"step": 6.0, "return": 3.0, "length": 3.0, "success": 1.0}
+    second = {"step": 10.0, "return": 1.0, "length": 2.0, "success": 1.0}
+    assert env.records == [first, first, second, second]
+
+
+# --- policies as numbers -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+def test_the_mean_action_is_that_of_stable_baselines3(activation) -> None:
+    register()
+    config = PpoConfig(
+        num_envs=2, rollout=16, batch_size=16, epochs=1, hidden=(8, 6), activation=activation
+    )
+    trainer = PpoTrainer(make_vec_env("Pendulum-v1", 2, 0), config, seed=0, total_steps=64)
+    trainer.train(64)
+    observations = np.random.default_rng(0).normal(scale=3.0, size=(50, 3))
+    normalised = trainer._normalised.normalize_obs(observations)
+    expected, _ = trainer._model.predict(normalised, deterministic=True)
+    np.testing.assert_allclose(trainer.policy().mean_action(observations), expected, atol=1e-5)
+
+
+def test_samples_scatter_around_the_mean_within_the_bounds() -> None:
+    policy = make_policy()
+    observations = np.tile(policy.mean, (20_000, 1))
+    samples = policy.sample(observations, np.random.default_rng(1))
+    assert (samples >= policy.low).all() and (samples <= policy.high).all()
+    inside = np.abs(policy._mean(observations[:1])[0, 0]) < 0.1
+    if inside:  # hardly clipped: the standard deviation is the policy's own
+        assert samples[:, 0].std() == pytest.approx(np.exp(-1.0), rel=0.05)
+    again = policy.sample(observations, np.random.default_rng(1))
+    np.testing.assert_array_equal(samples, again)
+
+
+def test_far_observations_are_clipped_as_in_training() -> None:
+    policy = make_policy()
+    far = np.tile(policy.mean, (2, 1)) + np.array([[11.0], [1e6]]) * np.sqrt(policy.variance)
+    first, second = policy.mean_action(far)
+    np.testing.assert_allclose(first, second, atol=1e-5)
+
+
+def test_wrong_observations_are_refused() -> None:
+    with pytest.raises(ShapeError, match=r"\(N, 3\), got \(5, 4\)"):
+        make_policy().mean_action(np.zeros((5, 4)))
+
+
+def test_a_saved_policy_acts_alike(tmp_path) -> None:
+    policy = make_policy("relu")
+    save_policy(tmp_path / "policy.pt", policy)
+    loaded = load_policy(tmp_path / "policy.pt")
+    observations = np.random.default_rng(3).normal(size=(10, 3))
+    np.testing.assert_array_equal(
+        policy.mean_action(observations), loaded.mean_action(observations)
+    )
+    assert loaded.activation == "relu"
+    np.testing.assert_array_equal(policy.log_std, loaded.log_std)
+
+
+def test_a_damaged_policy_is_an_error_that_names_the_file(tmp_path) -> None:
+    path = tmp_path / "policy.pt"
+    with pytest.raises(PoliteError, match=r"policy\.pt"):
+        load_policy(path)
+    save_policy(path, make_policy())
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(PoliteError, match=r"policy\.pt"):
+        load_policy(path)
+    torch.save({"weights": []}, path)
+    with pytest.raises(PoliteError, match=r"policy\.pt"):
+        load_policy(path)
+
+
+# --- PPO -----------------------------------------------------------------------------------------
+
+
+def trained(seed, reward=None):
+    env = make_vec_env("Pendulum-v1", 2, seed)
+    return train_ppo(env, SMALL, seed=seed, steps=64, reward=reward)
+
+
+def test_equal_seeds_give_equal_policies() -> None:
+    (first, episodes), (second, again), (other, _) = trained(0), trained(0), trained(1)
+    for a, b in zip(first.weights, second.weights, strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(first.mean, second.mean)
+    assert episodes == again
+    assert any((a != b).any() for a, b in zip(first.weights, other.weights, strict=True))
+
+
+def test_training_in_parts_goes_on_where_it_was() -> None:
+    steps = []
+    trainer = PpoTrainer(make_vec_env("Pendulum-v1", 2, 0), SMALL, 0, 128)
+    trainer.train(32, steps.append)
+    middle = trainer.policy()
+    trainer.train(33, steps.append)  # rounded up to whole rollouts of 32
+    assert steps == [32, 64, 96]
+    assert any((a != b).any() for a, b in zip(middle.weights, trainer.policy().weights))  # noqa: B905
+
+
+def test_the_learning_rate_falls_over_the_whole_training() -> None:
+    trainer = PpoTrainer(make_vec_env("Pendulum-v1", 2, 0), SMALL, 0, 128)
+    rates = []
+    for _ in range(4):
+        trainer.train(32)
+        rates.append(trainer._model.policy.optimizer.param_groups[0]["lr"])
+    assert all(a > b for a, b in zip(rates, rates[1:], strict=False))
+
+
+def test_a_learned_reward_leaves_the_episodes_true() -> None:
+    trainer = PpoTrainer(
+        make_vec_env("Pendulum-v1", 2, 0), SMALL, 0, 416, lambda o, a: np.ones(len(o), np.float32)
+    )
+    trainer.train(416)  # Pendulum's episodes last 200 steps
+    assert len(trainer.episodes) == 2
+    assert all(episode["return"] < 0 for episode in trainer.episodes)
+
+
+def test_spaces_are_those_of_the_env() -> None:
+    env = make_vec_env("Pendulum-v1", 3, 0)
+    assert env.num_envs == 3
+    assert env.observation_space == gym.make("Pendulum-v1").observation_space
