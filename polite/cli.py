@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -11,6 +10,7 @@ from typing import Annotated, Literal
 import tyro
 from rich.console import Console
 
+from polite.experiments.train_config import TrainConfig
 from polite.types import PoliteError
 
 
@@ -67,22 +67,37 @@ class Map:
         return draw_map(self.model, self.out)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Train(TrainConfig):
+    """Train a policy from the answers of a simulated teacher, by one of the methods.
+
+    Writes results.json, models/, data/ and figures/ into a folder.
+    """
+
+    def run(self) -> Path:
+        """Train; returns the path of the results."""
+        from polite.experiments.train import run_train
+
+        return run_train(self)
+
+
 Command = (
     Annotated[Replicate, tyro.conf.subcommand("replicate")]
-    | Annotated[Report, tyro.conf.subcommand("report")]
+    | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Map, tyro.conf.subcommand("map")]
+    | Annotated[Report, tyro.conf.subcommand("report")]
 )
 
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
-    command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")  # type: ignore[arg-type]
     try:
+        command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")
         path = command.run()
     except PoliteError as error:
         Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
-        Console(stderr=True).print("stopped; go on with --resume")
+        Console(stderr=True).print("polite: stopped; go on with --resume")
         sys.exit(130)
     Console(soft_wrap=True).print(f"{path}", markup=False, highlight=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -74,7 +75,7 @@ def _cut(arrays: dict[str, NDArray[Any]]) -> list[Trajectory]:
             states=arrays["states"][start:end].astype(np.float64),
             terminated=bool(arrays["terminated"][end - 1]),
         )
-        for start, end in zip(bounds[:-1], bounds[1:], strict=True)
+        for start, end in pairwise(bounds)
     ]
 
 

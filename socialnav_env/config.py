@@ -115,7 +115,7 @@ class CorridorConfig:
     """Taken per step and person at touching distance; falls linearly to 0 at `personal_space`."""
     personal_space: float = _number(1.2, 0.0, 10.0)
     """Personal space, surface to surface [m] (Hall 1966)."""
-    progress_weight: float = _number(0.1, 0.0, 100.0)
+    progress_weight: float = _number(0.2, 0.0, 100.0)
     """Reward per metre of progress on the way to the next goal (Ng et al. 1999); 0 is sparse."""
     control_penalty: float = _number(0.001, 0.0, 100.0)
     """Taken per step times the sum of the squared shares of top speed and top turn rate."""

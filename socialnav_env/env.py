@@ -119,7 +119,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
     | `reward_collision` | -`collision_penalty` (1) when a contact begins, -`contact_penalty` (0.02) on each further step of it |
     | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person nearer than 1.2 m |
-    | `reward_progress` | `progress_weight` (0.1) times the metres gained on the way to the next goal |
+    | `reward_progress` | `progress_weight` (0.2) times the metres gained on the way to the next goal |
     | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
 
     ## Info

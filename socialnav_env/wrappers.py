@@ -174,6 +174,9 @@ class RecordState(
     A moment is a snapshot where the env has `get_snapshot`, (qpos, qvel) otherwise: some kilobytes
     instead of a frame. The reset is moment 0; the next reset forgets them all.
 
+    A MujocoEnv's own `render()` lags behind its qpos by one physics step, since MuJoCo computes
+    where the bodies are before it moves them; `render_at` draws the recorded qpos.
+
     Example:
         >>> import gymnasium as gym
         >>> import socialnav_env

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-POINTS = 50
+POINTS = 20
 """At most so many points a curve."""
 
 

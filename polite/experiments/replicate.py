@@ -23,6 +23,7 @@ from polite.files import write_json
 from polite.report.page import write_report
 from polite.types import PoliteError
 
+
 def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -> Path:
     """Run the study with simulated participants and write everything into a folder.
 

@@ -147,6 +147,18 @@ def _start_worker(messages: SimpleQueue[tuple[str, float] | None]) -> None:
     global _messages
     _messages = messages
     torch.set_num_threads(1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone, however it went.
+
+    Otherwise a worker would outlive a run that was killed, and wait for tasks for ever.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _do(folder: Path, task: Task) -> None:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from polite.analysis.quality import sensitivity_row
 from polite.dataset import Feedback
 from polite.experiments.runner import Report

@@ -97,7 +97,8 @@ def _scene(study: Study) -> Results:
 
 def _clip_policy(stages: Results) -> Results:
     """How far the clip-making policy was trained, and what its clips show."""
-    clips, shown = stages["clips"], stages["study"]
+    clips: Results = stages["clips"]
+    shown: Results = stages["study"]
     why = (
         f"stopped at {clips['steps']} PPO steps, where it reaches the end goal in "
         f"{clips['success_rate']:.0%} of episodes and collides in {clips['collision_rate']:.0%}: "
@@ -117,7 +118,9 @@ def _answers(study: Study) -> Results:
     counts = {name: _count(group) for name, group in answers.items()}
     people = study.config.participants
     skipped = {
-        name: np.bincount([a.participant for a in group if a.preferred is None], minlength=people)
+        name: np.bincount(
+            [a.participant for a in group if a.preferred is None], minlength=people
+        ).astype(np.float64)
         for name, group in answers.items()
     }
     minutes = {name: total_minutes(answers[name], CONDITIONS[name]) for name in CONDITIONS}
@@ -183,16 +186,14 @@ def _maps(study: Study) -> Results:
         },
     }
     for name, offset in offsets.items():
-        parts[name] = {
-            c: profile(offset, r, OFFSETS).as_json("offset") for c, r in final.items()
-        }
+        parts[name] = {c: profile(offset, r, OFFSETS).as_json("offset") for c, r in final.items()}
     for name, distance in distances.items():
         parts[name] = {
             c: profile(distance, (r + 1.0) / 2.0, DISTANCES).as_json("distance")
             for c, r in final.items()
         }
     parts["kl"] = kl_part(
-        np.arange(epochs["polite"].shape[1]),
+        np.arange(epochs["polite"].shape[1], dtype=np.float64),
         epochs["polite"],
         epochs["baseline"],
         np.roll(epochs["baseline"], 1, axis=0),

@@ -54,7 +54,9 @@ PRESETS: Final[Mapping[str, EnvPreset]] = {
             tie_threshold=0.02, positive_threshold=0.15, negative_threshold=-0.15, length=10
         ),
         training=RewardTrainingConfig(batch_size=128, highlight_length=10),
-        ppo=PpoConfig(num_envs=32, rollout=64, log_std=-0.5),
+        # At a fixed horizon all corridors are at the same part of their episodes: only a rollout of
+        # a whole episode shows an update every part (32 corridors by 64 steps stood still).
+        ppo=PpoConfig(num_envs=4, rollout=600, batch_size=240, log_std=-0.5),
         settings={"terminate_on_goal": False, "terminate_on_collision": False},
     ),
     "HalfCheetah": EnvPreset(

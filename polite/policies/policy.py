@@ -81,7 +81,7 @@ class GaussianPolicy:
 
 def save_policy(path: Path, policy: GaussianPolicy) -> None:
     """Write a policy to one file, whole or not at all."""
-    content = {
+    content: dict[str, Any] = {
         "weights": [torch.from_numpy(weight) for weight in policy.weights],
         "activation": policy.activation,
     }

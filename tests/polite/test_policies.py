@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -81,7 +83,7 @@ def test_an_env_that_cannot_be_used_is_a_one_line_error(env_id: str) -> None:
 def test_an_unknown_setting_is_a_one_line_error() -> None:
     import socialnav_env  # noqa: F401
 
-    with pytest.raises(PoliteError, match="SocialCorridor-v0.*gravity"):
+    with pytest.raises(PoliteError, match=r"SocialCorridor-v0.*gravity"):
         make_vec_env("SocialCorridor-v0", 1, 0, gravity=1.0)
 
 
@@ -224,7 +226,8 @@ def test_training_in_parts_goes_on_where_it_was() -> None:
     middle = trainer.policy()
     trainer.train(33, steps.append)  # rounded up to whole rollouts of 32
     assert steps == [32, 64, 96]
-    assert any((a != b).any() for a, b in zip(middle.weights, trainer.policy().weights))  # noqa: B905
+    later = trainer.policy()
+    assert any((a != b).any() for a, b in zip(middle.weights, later.weights, strict=True))
 
 
 def test_the_learning_rate_falls_over_the_whole_training() -> None:
@@ -233,7 +236,7 @@ def test_the_learning_rate_falls_over_the_whole_training() -> None:
     for _ in range(4):
         trainer.train(32)
         rates.append(trainer._model.policy.optimizer.param_groups[0]["lr"])
-    assert all(a > b for a, b in zip(rates, rates[1:], strict=False))
+    assert all(a > b for a, b in pairwise(rates))
 
 
 def test_a_learned_reward_leaves_the_episodes_true() -> None:

@@ -1,0 +1,283 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from stub_envs import register
+
+from polite.dataset import Feedback
+from polite.methods.config import METHODS, LearningConfig, Schedule, Session
+from polite.methods.history import FeedbackHistory, join_pools
+from polite.methods.preference_learning import learn, without_preferences
+from polite.methods.presets import PRESETS, preset_of, quantile_oracle
+from polite.policies.ppo import PpoConfig
+from polite.policies.vec_env import make_vec_env
+from polite.rewards.data import stack_feedback
+from polite.rewards.network import RewardNetConfig, predict
+from polite.rewards.trainer import RewardTrainingConfig, batch_loss
+from polite.segments import uniform_pairs
+from polite.teachers.oracle import Oracle
+from polite.types import InvalidValueError, PoliteError, Segment, SegmentPool
+
+register()
+SMALL = LearningConfig(
+    method=METHODS["polite"],
+    queries=8,
+    steps=256,
+    schedule=Schedule(sessions=4, interval=0.125, segment_length=6, first_epochs=5, later_epochs=2),
+    net=RewardNetConfig(hidden=(8,), dropout=(0.0,)),
+    training=RewardTrainingConfig(batch_size=4, highlight_length=2, learning_rate=1e-2),
+    ppo=PpoConfig(num_envs=2, rollout=16, batch_size=16, epochs=2, hidden=(8,)),
+)
+ORACLE = Oracle(
+    tie_threshold=0.0, positive_threshold=-9, negative_threshold=9, length=2, flip_probability=0.0
+)
+
+
+def make_env(count, seed):
+    return make_vec_env("Point-v0", count, seed)
+
+
+def learned(method="polite", seed=0, env=make_env, report=lambda says, share: None, **changes):
+    config = replace(SMALL, method=METHODS[method], **changes)
+    return learn(env, lambda pool: ORACLE.answer_queries, config, seed, report)
+
+
+def make_pool(size, first=0.0, trajectory=0):
+    segments = [
+        Segment(
+            observations=np.full((4, 2), first + i),
+            actions=np.zeros((4, 1)),
+            rewards=np.full(4, first + i),
+            states=np.zeros((4, 1)),
+            trajectory=trajectory,
+            start=i,
+        )
+        for i in range(size)
+    ]
+    return SegmentPool.stack(segments, 5)
+
+
+# --- the schedule --------------------------------------------------------------------------------
+
+
+def test_the_paper_schedule() -> None:
+    plan = Schedule().plan(queries=400, steps=1_000_000)
+    assert plan == [Session(at=20_000 * k, queries=40) for k in range(10)]
+
+
+@pytest.mark.parametrize("queries", [1, 3, 10, 23, 999])
+def test_the_budget_is_spent_exactly_and_evenly(queries: int) -> None:
+    plan = Schedule().plan(queries, 50_000)
+    counts = [session.queries for session in plan]
+    assert sum(counts) == queries
+    assert max(counts) - min(counts) <= 1
+    assert plan[0].at == 0  # the first session is never left out
+    assert all(session.at < 0.2 * 50_000 for session in plan)
+
+
+def test_no_queries_no_sessions() -> None:
+    assert Schedule().plan(0, 1000) == []
+
+
+@pytest.mark.parametrize(
+    "change", [{"sessions": 0}, {"interval": 0.2}, {"segments_per_query": 1}, {"interval": -0.1}]
+)
+def test_impossible_schedules_are_refused(change) -> None:
+    with pytest.raises(InvalidValueError, match="expected"):
+        Schedule(**change)
+
+
+@pytest.mark.parametrize("change", [{"queries": 0}, {"steps": 0}])
+def test_impossible_budgets_are_refused(change) -> None:
+    with pytest.raises(InvalidValueError, match="≥ 1"):
+        replace(SMALL, **change)
+    if "queries" in change:  # which is nothing to those who do not ask
+        replace(SMALL, method=METHODS["ground-truth"], **change)
+
+
+# --- the history ---------------------------------------------------------------------------------
+
+
+def test_joined_pools_keep_their_order_and_tell_their_trajectories_apart() -> None:
+    joined = join_pools([make_pool(2, 0.0), make_pool(3, 10.0, trajectory=1), make_pool(1, 20.0)])
+    assert joined.returns.tolist() == [0, 4, 40, 44, 48, 80]
+    assert joined.trajectory.tolist() == [0, 0, 2, 2, 2, 3]
+
+
+def test_pairs_come_from_the_recent_sessions_only() -> None:
+    history, asked = FeedbackHistory(recent_sessions=2), []
+
+    def teacher(pool, queries, rng):
+        asked.append(pool)
+        return ORACLE.answer_queries(pool, queries, rng)
+
+    for number in range(4):
+        history.add_segments(make_pool(5, 100.0 * number))
+        history.ask(6, teacher, np.random.default_rng(number))
+    feedback = history.feedback
+    assert len(feedback.pool) == 20
+    assert [len(pool) for pool in asked] == [5, 10, 10, 10]
+    for number, query in enumerate(feedback.queries):
+        session = number // 6
+        low, high = max(0, session - 1) * 5, (session + 1) * 5
+        assert low <= min(query.first, query.second) < max(query.first, query.second) < high
+
+
+def test_answers_still_fit_their_queries_after_many_sessions() -> None:
+    history = FeedbackHistory(recent_sessions=1)
+    for number in range(3):
+        history.add_segments(make_pool(4, 10.0 * number))
+        history.ask(5, ORACLE.answer_queries, np.random.default_rng(number))
+    feedback = history.feedback
+    assert [answer.query for answer in feedback.answers] == list(range(15))
+    for answer in feedback.answers:
+        query = feedback.queries[answer.query]
+        better = feedback.pool.returns[query.second] > feedback.pool.returns[query.first]
+        assert answer.preferred == int(better)
+
+
+# --- the loop ------------------------------------------------------------------------------------
+
+
+def test_polite_asks_its_budget_and_trains_both_models() -> None:
+    result = learned()
+    assert result.feedback is not None and result.reward is not None
+    assert len(result.feedback.queries) == len(result.feedback.answers) == 8
+    assert len(result.feedback.pool) == 8 * 5
+    assert result.sessions == [0, 32, 64, 96]
+    assert result.policy_steps == 256
+    # 10 segments of 6 steps a session: 3 envs for the 20 steps of an episode
+    assert result.collection_steps == 4 * 3 * 20
+    assert len(result.episodes) == 12  # 2 envs, 128 steps each, 20 steps an episode
+    assert all(np.isfinite(weight).all() for weight in result.policy.weights)
+
+
+def test_the_reward_model_learns_what_the_teacher_prefers() -> None:
+    result = learned(queries=60)
+    places = np.linspace(-1.0, 1.5, 20)[:, None]
+    rewards = predict(result.reward, places, np.zeros((20, 1)))
+    assert np.corrcoef(rewards, 1.0 - np.abs(places[:, 0] - 1.0))[0, 1] > 0.7
+
+
+def test_equal_seeds_give_equal_results() -> None:
+    first, second, other = learned(seed=1), learned(seed=1), learned(seed=2)
+    for a, b in zip(first.policy.weights, second.policy.weights, strict=True):
+        np.testing.assert_array_equal(a, b)
+    assert first.feedback.answers == second.feedback.answers
+    assert first.episodes == second.episodes
+    assert first.episodes != other.episodes
+
+
+def test_ground_truth_asks_nobody_and_pays_the_env_reward() -> None:
+    result = learned("ground-truth")
+    assert result.reward is None and result.feedback is None
+    assert result.collection_steps == 0 and result.sessions == []
+
+
+def test_untrained_keeps_the_first_reward_model_of_all_methods() -> None:
+    untrained = learned("untrained")
+    assert untrained.feedback is None
+    start = learned("polite", training=replace(SMALL.training, learning_rate=1e-12))
+    for a, b in zip(untrained.reward.parameters(), start.reward.parameters(), strict=True):
+        torch.testing.assert_close(a, b, atol=1e-8, rtol=0.0)
+    torch.testing.assert_close(untrained.reward.mean, start.reward.mean)
+
+
+def test_methods_differ_in_what_they_learn_from_and_in_nothing_else() -> None:
+    results = [learned(name) for name in ("polite", "preferences", "highlights")]
+    first = [result.feedback.answers[:2] for result in results]  # before anything was learned
+    assert first[0] == first[1] == first[2]
+    weights = [torch.cat([p.flatten() for p in r.reward.parameters()]) for r in results]
+    assert not torch.equal(weights[0], weights[1])
+    assert not torch.equal(weights[0], weights[2])
+    assert not torch.equal(weights[1], weights[2])
+
+
+def test_without_preferences_only_the_highlight_terms_remain() -> None:
+    pool = make_pool(6)
+    history = FeedbackHistory(1)
+    history.add_segments(pool)
+    history.ask(10, ORACLE.answer_queries, np.random.default_rng(0))
+    feedback: Feedback = history.feedback
+    data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+    config, batch = RewardTrainingConfig(highlight_length=2), torch.arange(10)
+    rewards = torch.randn(10, 2, 5, generator=torch.Generator().manual_seed(0))
+    none = replace(config, alpha_positive=0.0, alpha_negative=0.0)
+    both = batch_loss(rewards, data, batch, config)
+    preferences = batch_loss(rewards, data, batch, none)
+    highlights = batch_loss(rewards, without_preferences(data), batch, config)
+    torch.testing.assert_close(both, preferences + highlights)
+    assert batch_loss(rewards, without_preferences(data), batch, none).item() == 0.0
+
+
+def test_progress_is_told_and_never_goes_back() -> None:
+    said = []
+    learned(report=lambda says, share: said.append((says, share)))
+    shares = [share for _, share in said]
+    assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
+    texts = {says for says, _ in said}
+    assert "session 1 of 4: collecting segments" in texts
+    assert "session 4 of 4: reward model, epoch 2 of 2" in texts
+
+
+def test_segments_end_with_their_episode() -> None:
+    result = learned(env=lambda count, seed: make_vec_env("Counting-v0", count, seed))
+    assert result.feedback.pool.lengths.max() == 5  # episodes of 5 steps, segments of up to 6
+    assert result.feedback.pool.mask.sum() == result.feedback.pool.lengths.sum()
+
+
+def test_an_env_whose_observations_are_no_vector_is_refused() -> None:
+    class Matrix:
+        def __call__(self, count, seed):
+            env = make_env(count, seed)
+            env.observation_space = type(env.observation_space)(-1.0, 1.0, (2, 2))
+            return env
+
+    with pytest.raises(PoliteError, match="vectors"):
+        learned(env=Matrix())
+
+
+# --- presets -------------------------------------------------------------------------------------
+
+
+def test_presets_are_found_whatever_module_and_version() -> None:
+    corridor = PRESETS["SocialCorridor"]
+    assert preset_of("SocialCorridor-v0") is corridor
+    assert preset_of("socialnav_env:SocialCorridor-v0") is corridor
+    assert preset_of("Walker2d-v5") is PRESETS["Walker2d"]
+    assert preset_of("Hopper-v5").oracle is None
+
+
+@pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS)
+def test_oracle_and_reward_model_agree_on_the_length_of_a_highlight(preset) -> None:
+    assert preset.oracle.length == preset.training.highlight_length
+
+
+def test_the_corridor_oracle_marks_goals_and_collisions_but_not_driving() -> None:
+    oracle = PRESETS["SocialCorridor"].oracle
+    driving = np.full(50, 0.0073)
+    rng = np.random.default_rng(0)
+    for event, positive, negative in (
+        (0.5, True, False),
+        (1.0, True, False),
+        (-1.0, False, True),
+        (0.0, False, False),
+    ):
+        better = driving.copy()
+        better[20] += event
+        worse = np.full(50, -1.0)
+        answer = replace(oracle, flip_probability=0.0).answer(0, better, worse, rng)
+        assert (answer.positive is not None, answer.negative is not None) == (positive, negative)
+
+
+def test_other_envs_get_thresholds_from_their_own_rewards() -> None:
+    rng = np.random.default_rng(0)
+    pool = replace(make_pool(40), rewards=rng.normal(5.0, 2.0, (40, 5)))
+    oracle = quantile_oracle(pool, length=3)
+    answers = oracle.answer_queries(pool, uniform_pairs(100, rng, pool), rng)
+    expressed = [answer for answer in answers if answer.preferred is not None]
+    share = np.mean([answer.positive is not None for answer in expressed])
+    assert 0.2 < share < 0.9
+    assert oracle.negative_threshold < 5.0 < oracle.positive_threshold
+    assert oracle.tie_threshold == pytest.approx(0.01 * pool.returns.std())

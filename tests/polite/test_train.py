@@ -1,0 +1,172 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PIL import Image
+from stub_envs import register
+
+import polite
+from polite.analysis.learning_curve import learning_curve
+from polite.dataset import load_feedback
+from polite.experiments import train as module
+from polite.experiments.train import run_train, train
+from polite.experiments.train_config import TrainConfig
+from polite.methods.config import METHODS
+from polite.methods.presets import PRESETS, EnvPreset
+from polite.policies.policy import load_policy
+from polite.policies.ppo import PpoConfig
+from polite.rewards.network import load_reward_model
+from polite.types import PoliteError
+
+register()
+TINY = PpoConfig(num_envs=2, rollout=32, batch_size=32, epochs=1, hidden=(8,))
+
+
+@pytest.fixture(autouse=True)
+def small_presets(monkeypatch) -> None:
+    """The presets with a policy training that takes no time."""
+
+    def tiny_preset_of(env_id: str) -> EnvPreset:
+        name = env_id.rpartition(":")[2].rpartition("-v")[0]
+        return replace(PRESETS.get(name, EnvPreset()), ppo=TINY)
+
+    monkeypatch.setattr(module, "preset_of", tiny_preset_of)
+
+
+def settings(folder, **changes):
+    base = TrainConfig(
+        out=folder / "run", env="Point-v0", queries=10, steps=128, evaluation_episodes=3
+    )
+    return replace(base, **changes)
+
+
+def test_a_run_leaves_everything_that_it_promises(tmp_path) -> None:
+    path = run_train(settings(tmp_path))
+    assert path == tmp_path / "run" / "results.json"
+    results = json.loads(path.read_text("utf-8"))
+    assert results["config"]["method"] == "polite" and "out" not in results["config"]
+    assert results["queries_asked"] == 10
+    assert results["policy_steps"] == 128
+    assert results["collection_steps"] > 0
+    assert results["evaluation"]["episodes"] == 3
+    assert results["evaluation"]["length"] == 20.0
+    assert len(results["curve"]["steps"]) == len(results["curve"]["return"]) > 0
+    assert len(load_feedback(path.parent / "data").answers) == 10
+    assert load_reward_model(path.parent / "models" / "reward.pt").observation_size == 1
+    assert load_policy(path.parent / "models" / "policy.pt").mean_action(np.zeros((1, 1))).size == 1
+    with Image.open(path.parent / "figures" / "learning_curve.png") as picture:
+        assert picture.width > 1000
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_runs(tmp_path, method) -> None:
+    path = run_train(settings(tmp_path, method=method))
+    results = json.loads(path.read_text("utf-8"))
+    asks = method not in ("untrained", "ground-truth")
+    assert results["queries_asked"] == (10 if asks else 0)
+    assert (path.parent / "data").exists() == asks
+    assert (path.parent / "models" / "reward.pt").exists() == (method != "ground-truth")
+
+
+def test_the_corridor_tells_success_and_is_run_at_a_fixed_horizon(tmp_path) -> None:
+    path = run_train(settings(tmp_path, env="SocialCorridor-v0", method="ground-truth", steps=1280))
+    evaluation = json.loads(path.read_text("utf-8"))["evaluation"]
+    assert evaluation["length"] == 600.0  # no collision or goal ends an episode
+    for rate in ("success_rate", "collision_rate", "intermittent_rate"):
+        assert 0.0 <= evaluation[rate] <= 1.0
+
+
+def test_from_python_keywords_are_enough(tmp_path) -> None:
+    path = polite.train(
+        out=str(tmp_path / "run"), env="Point-v0", queries=4, steps=64, evaluation_episodes=2
+    )
+    assert path.is_file()
+    with pytest.raises(TypeError, match="colour"):
+        train(out=tmp_path / "other", colour="red")
+
+
+def test_equal_seeds_give_equal_results(tmp_path) -> None:
+    first, second = (
+        run_train(settings(tmp_path, out=tmp_path / name)).read_bytes() for name in ("a", "b")
+    )
+    assert first == second
+
+
+# --- the folder ----------------------------------------------------------------------------------
+
+
+def test_a_folder_in_use_is_left_alone(tmp_path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "thesis.txt").write_text("mine")
+    with pytest.raises(PoliteError, match="not empty") as caught:
+        run_train(settings(tmp_path))
+    assert "\n" not in str(caught.value)
+    assert [p.name for p in (tmp_path / "run").iterdir()] == ["thesis.txt"]
+
+
+def test_a_finished_run_is_not_repeated(tmp_path, capsys) -> None:
+    path = run_train(settings(tmp_path))
+    before = path.stat().st_mtime_ns
+    assert run_train(settings(tmp_path, resume=True)) == path
+    assert path.stat().st_mtime_ns == before
+    assert "finished already" in " ".join(capsys.readouterr().out.split())
+
+
+def test_an_unfinished_run_starts_over_in_its_folder(tmp_path) -> None:
+    path = run_train(settings(tmp_path))
+    finished = path.read_bytes()
+    path.unlink()
+    (path.parent / "models" / "policy.pt").write_bytes(b"cut sho")
+    assert run_train(settings(tmp_path, resume=True)).read_bytes() == finished
+    load_policy(path.parent / "models" / "policy.pt")
+
+
+def test_another_run_cannot_be_resumed(tmp_path) -> None:
+    run_train(settings(tmp_path))
+    with pytest.raises(PoliteError, match="other settings"):
+        run_train(settings(tmp_path, resume=True, seed=1))
+
+
+# --- mistakes ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("env", "says"),
+    [("NoSuchEnv-v0", "NoSuchEnv"), ("CartPole-v1", "continuous"), ("Endless-v0", "time limit")],
+)
+def test_an_env_that_cannot_be_used_leaves_no_folder(tmp_path, env: str, says: str) -> None:
+    with pytest.raises(PoliteError, match=says) as caught:
+        run_train(settings(tmp_path, env=env))
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    "change", [{"queries": -1}, {"steps": 0}, {"seed": -1}, {"evaluation_episodes": 0}]
+)
+def test_impossible_numbers_are_refused(tmp_path, change) -> None:
+    with pytest.raises(PoliteError, match=next(iter(change))):
+        settings(tmp_path, **change)
+
+
+def test_asking_nothing_is_refused_where_answers_are_needed(tmp_path) -> None:
+    with pytest.raises(PoliteError, match="queries"):
+        run_train(settings(tmp_path, queries=0))
+
+
+# --- the learning curve --------------------------------------------------------------------------
+
+
+def test_a_point_is_the_mean_of_the_episodes_that_ended_in_its_stretch() -> None:
+    ends = ((1, 2.0), (10, 4.0), (11, 7.0), (40, 1.0))
+    episodes = [{"step": step, "return": value} for step, value in ends]
+    assert learning_curve(episodes, steps=40, points=4) == {
+        "steps": [10.0, 20.0, 40.0],
+        "episodes": [2, 1, 1],
+        "return": [3.0, 7.0, 1.0],
+    }
+
+
+def test_no_episodes_no_points() -> None:
+    assert learning_curve([], 100) == {"steps": [], "episodes": []}

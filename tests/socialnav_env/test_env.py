@@ -1,0 +1,333 @@
+import json
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pygame
+import pytest
+from gymnasium.utils import env_checker
+from stable_baselines3.common import env_checker as sb3_checker
+
+import socialnav_env
+from socialnav_env.config import ConfigError
+from socialnav_env.env import RENDER_MODES
+from socialnav_env.metrics import METRICS
+from socialnav_env.reward import TERMS
+
+LENIENT = {"terminate_on_goal": False, "terminate_on_collision": False}
+SETTINGS = [{}, {"num_humans": 0}, {"num_humans": 12}, {"frame_skip": 1, "timestep": 0.1}, LENIENT]
+
+
+def make(**settings):
+    return gym.make("SocialCorridor-v0", **settings)
+
+
+def episode(env, seed, steps=600):
+    """Everything that an episode with random actions tells."""
+    observation, info = env.reset(seed=seed)
+    rng = np.random.default_rng(seed)
+    told = [(observation.tolist(), 0.0, False, False, info)]
+    for _ in range(steps):
+        action = rng.uniform((-0.5, -1.0), (1.5, 1.0))
+        observation, reward, terminated, truncated, info = env.step(action)
+        told.append((observation.tolist(), reward, terminated, truncated, info))
+        if terminated or truncated:
+            break
+    return told
+
+
+# --- what others expect of an env ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+@pytest.mark.parametrize("render_mode", [None, "rgb_array"])
+def test_gymnasiums_checker_has_no_complaint(settings, render_mode):
+    env = make(render_mode=render_mode, **settings)
+    env_checker.check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_gymnasiums_checker_renders_every_mode(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env_checker.check_env(make(render_mode="rgb_array").unwrapped)
+    pygame.display.quit()
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+def test_stable_baselines_checker_has_no_complaint(settings):
+    sb3_checker.check_env(make(**settings).unwrapped, warn=True, skip_render_check=True)
+
+
+def test_it_is_registered_by_its_module_too():
+    env = gym.make("socialnav_env:SocialCorridor-v0")
+    assert env.spec.max_episode_steps == 600
+    assert env.unwrapped.config == socialnav_env.CorridorConfig()
+
+
+def test_settings_arrive():
+    env = make(num_humans=1, goal_reward=3.0, render_width=320).unwrapped
+    assert (env.config.num_humans, env.config.goal_reward, env.render_width) == (1, 3.0, 320)
+
+
+# --- equal seeds ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+def test_equal_seeds_give_equal_episodes(settings):
+    env = make(**settings)
+    first = episode(env, 3)
+    assert episode(env, 3) == first
+    assert episode(make(**settings), 3) == first
+    assert episode(env, 4) != first
+
+
+def test_episodes_after_the_first_are_equal_too():
+    envs = [make(), make()]
+    for env in envs:
+        env.reset(seed=5)
+    told = [[env.reset()[0].tolist() for _ in range(5)] for env in envs]
+    assert told[0] == told[1]
+    assert len({tuple(observation) for observation in told[0]}) == 5
+
+
+PROGRAM = """
+import json, sys
+sys.path.insert(0, {folder!r})
+from test_env import episode, make
+print(json.dumps(episode(make(), 11)))
+"""
+
+
+def test_equal_seeds_give_equal_episodes_in_another_process():
+    here = Path(__file__).parent
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(folder=str(here))],
+        capture_output=True, text=True, check=True, timeout=120, cwd=here.parents[1],
+        env={**os.environ, "PYTHONHASHSEED": "7"},
+    )  # fmt: skip
+    assert json.loads(done.stdout) == json.loads(json.dumps(episode(make(), 11)))
+
+
+def test_a_pickled_env_is_made_again():
+    env = make(num_humans=2, goal_z=9.0, render_mode="rgb_array").unwrapped
+    env.reset(seed=0)
+    copy = pickle.loads(pickle.dumps(env))
+    assert copy.config == env.config
+    assert copy.render_mode == "rgb_array"
+    assert episode(copy, 1, 50) == episode(env, 1, 50)
+
+
+# --- reward and info -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=str)
+def test_the_reward_is_exactly_the_sum_of_its_terms(settings):
+    for _, reward, _, _, info in episode(make(**settings), 0):
+        assert reward == sum(info[name] for name in TERMS)
+        assert [name for name in info if name.startswith("reward_")] == list(TERMS)
+
+
+def test_progress_over_an_episode_is_the_way_gained():
+    env = make(**LENIENT)
+    env.reset(seed=2)
+    inner = env.unwrapped
+    first, total = inner.world.state.remaining[0], 0.0
+    for _ in range(400):
+        total += env.step([1.0, 0.0])[4]["reward_progress"]
+    gained = first - inner.world.state.remaining[0]
+    assert gained > 5.0
+    assert total == pytest.approx(inner.config.progress_weight * gained, abs=1e-9)
+
+
+def test_info_has_plain_values_under_known_keys():
+    for _, _, _, _, info in episode(make(), 0, 5):
+        motion = {"x_position", "z_position", "x_velocity", "z_velocity", "collision"}
+        assert set(info) == {*TERMS, *METRICS, *motion}
+        assert {type(value) for value in info.values()} == {float, bool}
+
+
+def test_a_reset_tells_nothing_of_the_episode_before():
+    env = make(**LENIENT)
+    _, fresh = env.reset(seed=0)
+    for _ in range(30):
+        env.step([1.0, 0.7])
+    assert env.reset(seed=0)[1] == fresh
+    assert all(fresh[name] == 0.0 for name in TERMS)
+
+
+def test_observations_and_infos_are_fresh_objects():
+    env = make()
+    told = [env.reset(seed=0), *(env.step([0.0, 0.0])[::4] for _ in range(3))]
+    assert len({id(observation) for observation, _ in told}) == 4
+    assert not any(np.shares_memory(told[0][0], observation) for observation, _ in told[1:])
+    assert len({id(info) for _, info in told}) == 4
+
+
+# --- the end of an episode -----------------------------------------------------------------------
+
+
+def at_the_goal(**settings):
+    env = make(num_humans=0, **settings)
+    env.reset(seed=0)
+    env.unwrapped.world.state.goals[0, 1] = (-13.0, 0.0)
+    env.unwrapped.set_state([0.0, -14.5, 0.0], np.zeros(3))
+    return env
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_the_goal_ends_an_episode_where_it_shall(ends):
+    env = at_the_goal(terminate_on_goal=ends)
+    for _ in range(20):
+        _, _, terminated, truncated, info = env.step([1.0, 0.0])
+        assert not truncated
+        assert terminated == (ends and info["reward_goal"] > 0.0)
+        if terminated:
+            break
+    assert info["success"] == 1.0
+    assert terminated == ends
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_collision_ends_an_episode_where_it_shall(ends):
+    env = make(num_humans=0, terminate_on_collision=ends)
+    env.reset(seed=0)
+    env.unwrapped.set_state([2.0, 0.0, np.pi / 2], np.zeros(3))
+    for _ in range(20):
+        _, _, terminated, truncated, info = env.step([1.0, 0.0])
+        assert not truncated
+        assert terminated == (ends and info["collision"])
+        if terminated:
+            break
+    assert info["collisions"] == 1.0
+    assert terminated == ends
+
+
+def test_only_the_time_limit_truncates():
+    env = make(**LENIENT)
+    env.reset(seed=0)
+    ends = [env.step([-1.0, 0.0])[2:4] for _ in range(600)]
+    assert ends == [(False, False)] * 599 + [(False, True)]
+    assert env.unwrapped.step(np.array([-1.0, 0.0]))[2:4] == (False, False)
+
+
+# --- bad input -----------------------------------------------------------------------------------
+
+
+def test_a_step_needs_a_reset():
+    with pytest.raises(gym.error.ResetNeeded, match="reset"):
+        make().unwrapped.step(np.zeros(2))
+
+
+@pytest.mark.parametrize("bad", [np.zeros(3), 0.0, np.zeros((1, 2)), [], [0.0]])
+def test_an_action_of_another_shape_is_an_error(bad):
+    env = make().unwrapped
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"action: expected shape \(2,\)"):
+        env.step(bad)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("index", [0, 1])
+def test_an_action_that_is_not_finite_is_an_error_and_moves_nobody(bad, index):
+    env = make().unwrapped
+    env.reset(seed=0)
+    before, action = env.state_vector(), np.zeros(2)
+    action[index] = bad
+    with pytest.raises(ValueError, match="action: expected finite numbers"):
+        env.step(action)
+    np.testing.assert_array_equal(env.state_vector(), before)
+
+
+def test_actions_beyond_the_bounds_are_clipped():
+    told = []
+    for action in ([1.0, -1.0], [50.0, -3.0]):
+        env = make().unwrapped
+        env.reset(seed=0)
+        told.append(env.step(action)[0].tolist())
+    assert told[0] == told[1]
+
+
+def test_an_unknown_reset_option_is_an_error():
+    env = make()
+    with pytest.raises(ConfigError, match="unknown reset option speed"):
+        env.reset(options={"speed": 1.0})
+    env.reset(options={})
+
+
+@pytest.mark.parametrize("bad", ["ansi", "", 3])
+def test_an_unknown_render_mode_is_an_error(bad):
+    with pytest.raises(ConfigError, match=r"render_mode=.*expected None or one of"):
+        socialnav_env.SocialCorridorEnv(render_mode=bad)
+
+
+@pytest.mark.parametrize("bad", [63, 4097, 640.0, "640"])
+def test_an_impossible_width_is_an_error(bad):
+    with pytest.raises(ConfigError, match=r"render_width=.*expected a whole number"):
+        make(render_width=bad)
+
+
+# --- pictures ------------------------------------------------------------------------------------
+
+
+def test_the_render_modes_are_declared():
+    env = make()
+    assert tuple(env.metadata["render_modes"]) == RENDER_MODES
+    assert env.metadata["render_fps"] == round(1.0 / env.unwrapped.dt)
+    assert make(frame_skip=4, timestep=0.01).unwrapped.metadata["render_fps"] == 25
+
+
+def test_an_array_is_rendered_without_a_display():
+    env = make(render_mode="rgb_array", render_width=480)
+    env.reset(seed=0)
+    first = env.render()
+    for _ in range(20):
+        env.step([1.0, 0.0])
+    second = env.render()
+    assert first.shape == second.shape and first.shape[1:] == (480, 3)
+    assert first.dtype == np.uint8
+    assert (first != second).any()
+    assert not pygame.display.get_init()
+
+
+def test_rendering_changes_nothing():
+    plain, drawn = make(), make(render_mode="rgb_array", render_width=64)
+    for env in (plain, drawn):
+        env.reset(seed=0)
+    for _ in range(20):
+        drawn.render()
+        assert plain.step([0.5, 0.1])[0].tolist() == drawn.step([0.5, 0.1])[0].tolist()
+
+
+def test_a_recorded_row_gives_the_picture_of_its_moment():
+    env = make(render_mode="rgb_array", render_width=320)
+    env.reset(seed=0)
+    inner = env.unwrapped
+    row, picture = inner.state_row(), inner.render_state(inner.state_row())
+    for _ in range(30):
+        env.step([1.0, 0.0])
+    later = inner.state_vector()
+    assert np.array_equal(inner.render_state(row), picture)
+    np.testing.assert_array_equal(inner.state_vector(), later)
+
+
+def test_without_a_render_mode_render_says_so():
+    env = make().unwrapped
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match=r"render_mode"):
+        assert env.render() is None
+
+
+def test_human_mode_shows_a_window_and_closes_it(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = make(render_mode="human", render_width=320, frame_skip=1, timestep=0.002)
+    env.reset(seed=0)
+    assert pygame.display.get_init()
+    env.step([0.0, 0.0])
+    assert env.render() is None
+    assert pygame.display.get_surface().get_width() == 320
+    env.close()
+    env.close()
+    assert not pygame.display.get_init()

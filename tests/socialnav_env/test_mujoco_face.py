@@ -1,0 +1,113 @@
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import socialnav_env  # noqa: F401 (registers the env)
+
+
+@pytest.fixture
+def env():
+    made = gym.make("SocialCorridor-v0").unwrapped
+    made.reset(seed=0)
+    return made
+
+
+def test_sizes(env):
+    assert (env.model.nq, env.model.nv, env.model.nu) == (9, 9, 2)
+    assert env.data.qpos.shape == env.data.qvel.shape == (9,)
+    assert env.state_vector().shape == (18,)
+    assert env.model.opt.timestep * env.frame_skip == pytest.approx(env.dt)
+
+
+def test_there_is_a_state_before_the_first_reset():
+    made = gym.make("SocialCorridor-v0").unwrapped
+    np.testing.assert_array_equal(made.init_qpos, made.data.qpos)
+    made.do_simulation([1.0, 0.0], 10)
+    assert made.data.qpos[1] > made.init_qpos[1]
+
+
+def test_the_initial_state_is_that_of_the_last_reset(env):
+    np.testing.assert_array_equal(env.data.qpos, env.init_qpos)
+    np.testing.assert_array_equal(env.data.qvel, env.init_qvel)
+    env.step([1.0, 0.0])
+    assert not np.array_equal(env.data.qpos, env.init_qpos)
+
+
+def test_set_state_and_state_vector_give_each_other_back(env):
+    rng = np.random.default_rng(0)
+    qpos, qvel = rng.uniform(-2.0, 2.0, 9), rng.uniform(-0.5, 0.5, 9)
+    env.set_state(qpos, qvel)
+    np.testing.assert_array_equal(env.data.qpos, qpos)
+    np.testing.assert_array_equal(env.data.qvel, qvel)
+    np.testing.assert_array_equal(env.state_vector(), np.concatenate([qpos, qvel]))
+
+
+def test_qpos_is_x_z_and_heading_then_people(env):
+    qpos = np.array([1.0, -3.0, 0.5, -1.0, 2.0, 0.0, 4.0, 1.0, 6.0])
+    env.set_state(qpos, np.zeros(9))
+    bodies = env.world.state.bodies[0]
+    np.testing.assert_array_equal(bodies[0, :3], [-3.0, 1.0, 0.5])
+    np.testing.assert_array_equal(bodies[1:, :2], [[2.0, -1.0], [4.0, 0.0], [6.0, 1.0]])
+    _, _, _, _, info = env.step([-1.0, 0.0])
+    assert info["x_position"] == pytest.approx(1.0, abs=1e-9)
+    assert info["z_position"] == pytest.approx(-3.0, abs=1e-9)
+
+
+def test_a_jump_is_no_progress_no_path_and_collects_nothing(env):
+    collected = env.world.state.flags.copy()
+    qpos = np.array([0.0, 7.0, 0.0, 2.0, -9.0, 2.0, -7.0, 2.0, -5.0])
+    env.set_state(qpos, np.zeros(9))
+    np.testing.assert_array_equal(env.world.state.flags, collected)
+    _, _, _, _, info = env.step([-1.0, 0.0])
+    assert info["reward_progress"] == pytest.approx(0.0, abs=1e-9)
+    assert info["path_length"] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["qpos", "qvel"])
+@pytest.mark.parametrize("bad", [np.zeros(8), np.zeros((9, 1)), np.full(9, np.nan)])
+def test_a_bad_state_is_named_and_changes_nothing(env, name, bad):
+    before = env.state_vector()
+    parts = {"qpos": np.zeros(9), "qvel": np.zeros(9), name: bad}
+    with pytest.raises(ValueError, match=f"{name}: expected"):
+        env.set_state(**parts)
+    np.testing.assert_array_equal(env.state_vector(), before)
+
+
+def test_what_data_tells_is_a_copy(env):
+    env.data.qpos[:] = 99.0
+    env.data.ctrl[:] = 99.0
+    assert np.abs(env.data.qpos).max() < 20.0
+    assert np.abs(env.data.ctrl).max() <= 1.0
+
+
+def test_time_and_control(env):
+    assert env.data.time == 0.0
+    env.step([3.0, -0.25])
+    assert env.data.time == pytest.approx(env.dt)
+    np.testing.assert_array_equal(env.data.ctrl, [1.0, -0.25])
+    env.do_simulation([0.0, 0.0], 7)
+    assert env.data.time == pytest.approx(env.dt + 7 * env.model.opt.timestep)
+
+
+def test_do_simulation_with_frame_skip_moves_as_a_step_does(env):
+    snapshot = env.get_snapshot()
+    env.step([0.7, 0.3])
+    moved = env.state_vector()
+    env.set_snapshot(snapshot)
+    env.do_simulation([0.7, 0.3], env.frame_skip)
+    np.testing.assert_array_equal(env.state_vector(), moved)
+
+
+@pytest.mark.parametrize("name", ["x", "z"])
+def test_velocities_in_info_are_those_of_qvel(env, name):
+    _, _, _, _, info = env.step([1.0, 0.5])
+    index = "xz".index(name)
+    assert info[f"{name}_velocity"] == env.data.qvel[index]
+    assert info[f"{name}_position"] == env.data.qpos[index]
+
+
+def test_reset_model_starts_a_new_episode(env):
+    env.step([1.0, 0.0])
+    observation = env.reset_model()
+    assert env.observation_space.contains(observation)
+    assert env.data.time == 0.0
