@@ -211,6 +211,8 @@ def draw_learning_curve(path: Path, results: Results) -> None:
         axes = figure.subplots(1, max(1, len(shown)), squeeze=False)[0]
         for ax, name in zip(axes, shown, strict=False):
             draw_training(ax, curve["steps"], curve[name], results["sessions"], look, panels[name])
+            if name != "return":
+                ax.set_ylim(-0.02, 1.02)
         axes[0].set_title("{method}, {env}, seed {seed}".format(**results["config"]))
         if results["sessions"]:
             axes[0].legend(loc="lower right")

@@ -51,11 +51,11 @@ PRESETS: Final[Mapping[str, EnvPreset]] = {
         # collision (−1 / 3). The ±.2 of the authors' own corridor belongs to another reward; here
         # it would never mark the intermittent goal. A tie is 20 cm of way in five seconds.
         oracle=Oracle(
-            tie_threshold=0.02, positive_threshold=0.15, negative_threshold=-0.15, length=10
+            tie_threshold=0.04, positive_threshold=0.15, negative_threshold=-0.15, length=10
         ),
         training=RewardTrainingConfig(batch_size=128, highlight_length=10),
         # At a fixed horizon all corridors are at the same part of their episodes: only a rollout of
-        # a whole episode shows an update every part (32 corridors by 64 steps stood still).
+        # a whole episode shows an update every part.
         ppo=PpoConfig(num_envs=4, rollout=600, batch_size=240, log_std=-0.5),
         settings={"terminate_on_goal": False, "terminate_on_collision": False},
     ),

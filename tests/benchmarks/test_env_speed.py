@@ -52,7 +52,7 @@ def run_bare(space, bodies, config, velocities):
         for _ in range(config.frame_skip):
             space.step(config.timestep)
         for body in bodies:
-            body.position, body.angle, body.velocity, body.angular_velocity  # noqa: B018
+            body.position, body.velocity  # noqa: B018
 
 
 @pytest.fixture

@@ -256,7 +256,7 @@ def test_oracle_and_reward_model_agree_on_the_length_of_a_highlight(preset) -> N
 
 def test_the_corridor_oracle_marks_goals_and_collisions_but_not_driving() -> None:
     oracle = PRESETS["SocialCorridor"].oracle
-    driving = np.full(50, 0.0073)
+    driving = np.full(50, 0.0156)  # .2 a metre at .083 m a step, less .001 for the effort
     rng = np.random.default_rng(0)
     for event, positive, negative in (
         (0.5, True, False),
