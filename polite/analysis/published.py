@@ -1,11 +1,11 @@
-"""The numbers of Holk, Marta and Leite, ICRA 2024, section VI, as data."""
+"""The numbers of Holk, Marta and Leite, ICRA 2024, section V-B, as data."""
 
 from __future__ import annotations
 
 from typing import Any, Final
 
 PUBLISHED: Final[dict[str, Any]] = {
-    "source": "Holk, Marta and Leite: POLITE, ICRA 2024, section VI",
+    "source": "Holk, Marta and Leite: POLITE, ICRA 2024, section V-B",
     "participants": {"polite": 20, "baseline": 20},
     "queries_per_participant": 20,
     "answers": {"polite": 400, "baseline": 400},

@@ -100,9 +100,10 @@ def _clip_policy(stages: Results) -> Results:
     clips: Results = stages["clips"]
     shown: Results = stages["study"]
     why = (
-        f"stopped at {clips['steps']} PPO steps, where it reaches the end goal in "
+        f"stopped at {clips['steps']:,} steps, where it reaches the end goal in "
         f"{clips['success_rate']:.0%} of episodes and collides in {clips['collision_rate']:.0%}: "
-        "its clips show goals and people, good passages and clumsy ones"
+        "half-trained, it shows good passages and clumsy ones, and started from places along the "
+        "whole corridor it shows both goals and all people"
     )
     return {
         "steps": clips["steps"],

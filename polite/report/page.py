@@ -124,6 +124,7 @@ def _run(results: Results) -> Markup:
         ("a person", "share_with_person"),
         ("the intermittent goal", "share_with_intermittent"),
         ("the end goal", "share_with_goal"),
+        ("a collision", "share_with_collision"),
     )
     facts = {
         "Preset and seed": f"{results['preset']}, seed {results['seed']}, version "
@@ -131,8 +132,7 @@ def _run(results: Results) -> Markup:
         "Training seeds": ", ".join(map(str, results["seeds"])),
         "Answers": f"{counts['polite']['answers']} for POLITE, "
         f"{counts['baseline']['answers']} for the baseline, on the same pairs of clips",
-        "Policy that made the clips": f"{clips['steps']:,} PPO steps on the true reward, success "
-        f"rate {clips['success_rate']:.0%}: {clips['why']}",
+        "Policy that made the clips": f"PPO on the true reward, {clips['why']}",
         "Clips that show": ", ".join(f"{what} {clips[key]:.0%}" for what, key in seen),
     }
     rows = (join([element("dt", name), element("dd", text)]) for name, text in facts.items())

@@ -161,6 +161,7 @@ def _answers(rng: np.random.Generator) -> dict[str, Any]:
             "share_with_person": 0.55,
             "share_with_intermittent": 0.21,
             "share_with_goal": 0.18,
+            "share_with_collision": 0.1,
         },
     }
 
