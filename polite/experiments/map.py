@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from polite.analysis.reward_map import map_2d_part, profile
 from polite.experiments.study_config import StudyConfig
-from polite.experiments.study_world import FLOOR_PEOPLE, FLOOR_X, FLOOR_Z, MapStates, floor_plan
+from polite.experiments.study_world import FLOOR_X, FLOOR_Z, MapStates, floor_plan, scene_of
 from polite.files import write_atomically
 from polite.plots.map_2d import draw_map_2d, shared_limits
 from polite.plots.reward_map import REWARD, draw_profile
@@ -68,27 +68,14 @@ def map_figure(states: MapStates, rewards: np.ndarray[Any, np.dtype[np.float64]]
     floor = map_2d_part(states.x, states.z, rewards[None], x_edges, z_edges)
     figure = Figure(figsize=(WIDTH, 5.0))
     above, below = figure.subplots(2, 1, sharex=True)
-    draw_profile(above, along, scene_of(world))
-    mesh = draw_map_2d(below, floor, scene_of(world), shared_limits({"": floor}))
+    scene = scene_of(world.human_radius)  # people stand still: a band as wide as a body
+    draw_profile(above, along, scene)
+    mesh = draw_map_2d(below, floor, scene, shared_limits({"": floor}))
     below.set_xlabel("robot's position along the corridor z [m]")
     figure.colorbar(mesh, ax=below, label=REWARD, extend="both", location="bottom", aspect=50)
     panel_letters([above, below])
     figure.legend(handles=floor_handles(), loc="outside lower center", ncols=3)
     return figure
-
-
-def scene_of(world: CorridorConfig) -> dict[str, Any]:
-    """Where walls, goals and people are on the floor plan, as the plots want it."""
-    return {
-        "half_length": world.half_length,
-        "half_width": world.half_width,
-        "intermittent": [0.0, world.intermittent_z],
-        "goal": [0.0, world.goal_z],
-        "intermittent_radius": world.intermittent_radius,
-        "goal_radius": world.goal_radius,
-        "people": [list(place) for place in FLOOR_PEOPLE],
-        "anchor_jitter": world.human_radius,  # they stand still: a band as wide as a body
-    }
 
 
 def _check_fits(model: Path, net: RewardNet, states: MapStates) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import Runner, Task, make_progress
 from polite.experiments.sensitivity import LEVELS, sensitivity
 from polite.experiments.study_clips import draw_example
@@ -21,7 +21,6 @@ from polite.experiments.study_stages import (
 )
 from polite.files import write_json
 from polite.report.page import write_report
-from polite.types import PoliteError
 
 
 def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -> Path:
@@ -54,29 +53,6 @@ def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -
         report = write_report(out)
         progress.update(bar, completed=1.0)
     return report
-
-
-def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
-    """Make the folder of a run, or recognise it.
-
-    Args:
-        out: The folder.
-        run: What makes the run what it is.
-        resume: Whether an existing folder may be gone on with.
-
-    Raises:
-        PoliteError: The folder holds something, and is not to be gone on with or is another run's.
-    """
-    marker = out / "run.json"
-    run = json.loads(json.dumps(run))
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        if not resume:
-            raise PoliteError(f"{out} is not empty; give another --out, or --resume to go on there")
-        if not marker.exists():
-            raise PoliteError(f"{out} holds no run to go on with; give another --out")
-        if json.loads(marker.read_text("utf-8")) != run:
-            raise PoliteError(f"{out} holds a run with other settings; give another --out")
-    write_json(marker, run)
 
 
 def _run_stages(study: Study, runner: Runner) -> dict[str, Any]:

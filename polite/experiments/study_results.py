@@ -18,13 +18,12 @@ from polite.analysis.reward_map import map_2d_part, profile, reward_map_part
 from polite.experiments.study_config import as_dict
 from polite.experiments.study_stages import CONDITIONS, MODELS, POLICIES, Study, load_arrays
 from polite.experiments.study_world import (
-    FLOOR_PEOPLE,
     FLOOR_X,
     FLOOR_Z,
     MapStates,
     derive,
     floor_plan,
-    scene_settings,
+    scene_of,
 )
 from polite.policies.policy import load_policy
 from polite.teachers.participants import calibrated_inputs, total_minutes
@@ -56,7 +55,7 @@ def assemble(study: Study, preset: str, stages: Results) -> Results:
         "seeds": list(range(config.seeds)),
         "simulated": True,
         "published": PUBLISHED,
-        "scene": _scene(study),
+        "scene": scene_of(config.anchor_jitter),
         "clip_policy": _clip_policy(stages),
         "sensitivity": stages["sensitivity"],
         "reward_quality": {
@@ -78,21 +77,6 @@ def _version() -> str:
         return version("socialnav-polite")
     except PackageNotFoundError:
         return "not installed"
-
-
-def _scene(study: Study) -> Results:
-    """Where walls, goals and people are, for the figures."""
-    world = CorridorConfig(**scene_settings(study.config))
-    return {
-        "half_length": world.half_length,
-        "half_width": world.half_width,
-        "intermittent": [0.0, world.intermittent_z],
-        "goal": [0.0, world.goal_z],
-        "intermittent_radius": world.intermittent_radius,
-        "goal_radius": world.goal_radius,
-        "people": [list(place) for place in FLOOR_PEOPLE],
-        "anchor_jitter": world.anchor_jitter,
-    }
 
 
 def _clip_policy(stages: Results) -> Results:

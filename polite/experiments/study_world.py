@@ -15,7 +15,7 @@ from polite.policies.policy import GaussianPolicy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rollouts import collect
 from polite.types import Trajectory
-from socialnav_env import SocialCorridorEnv
+from socialnav_env import CorridorConfig, SocialCorridorEnv
 from socialnav_env.layout import PAPER_ANCHORS
 
 ENV_ID = "SocialCorridor-v0"
@@ -40,6 +40,25 @@ def study_env(config: StudyConfig, count: int, seed: int, **further: Any) -> Gym
     """`count` corridors of the study that step together."""
     settings = scene_settings(config) | further
     return make_vec_env(ENV_ID, count, seed, max_episode_steps=config.horizon, **settings)
+
+
+def scene_of(anchor_jitter: float) -> dict[str, Any]:
+    """Where walls, goals and people are, as the plots want it.
+
+    Args:
+        anchor_jitter: Half the width of the band in which a person is drawn [m].
+    """
+    world = CorridorConfig()
+    return {
+        "half_length": world.half_length,
+        "half_width": world.half_width,
+        "intermittent": [0.0, world.intermittent_z],
+        "goal": [0.0, world.goal_z],
+        "intermittent_radius": world.intermittent_radius,
+        "goal_radius": world.goal_radius,
+        "people": [list(place) for place in FLOOR_PEOPLE],
+        "anchor_jitter": anchor_jitter,
+    }
 
 
 def derive(seed: int, *names: str | int) -> int:

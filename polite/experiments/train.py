@@ -18,7 +18,7 @@ from rich.progress import Progress
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
-from polite.experiments.replicate import claim_folder
+from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
 from polite.experiments.train_config import TrainConfig
 from polite.files import write_atomically, write_json

@@ -78,7 +78,6 @@ class PpoTrainer:
         self._normalised = VecNormalize(beneath, gamma=config.discount)
         self._config = config
         self._total_steps = total_steps
-        self._done = 0
         self._model = PPO(
             "MlpPolicy",
             self._normalised,
@@ -112,7 +111,6 @@ class PpoTrainer:
             on_progress: Called after each rollout with the env steps done so far.
         """
         self._model.learn(steps, callback=_Progress(on_progress), reset_num_timesteps=False)
-        self._done = self._model.num_timesteps
 
     def policy(self) -> GaussianPolicy:
         """A copy of the policy as it is now."""

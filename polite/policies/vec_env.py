@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -105,14 +106,17 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
     Raises:
         PoliteError: The id or a setting is unknown, or the env's actions are not continuous.
     """
+    module, _, name = env_id.rpartition(":")  # "module:Name-v0" imports the module first
     try:
-        spec = gym.spec(env_id)
+        if module:
+            importlib.import_module(module)
+        spec = gym.spec(name)
         if spec.vector_entry_point is not None:
-            env = gym.make_vec(env_id, count, **settings)
+            env = gym.make_vec(name, count, **settings)
         else:
             mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
             env = gym.make_vec(
-                env_id, count, vectorization_mode="sync", vector_kwargs=mode, **settings
+                name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
             )
     except (gym.error.Error, ImportError, TypeError, ValueError) as error:
         raise PoliteError(f"cannot make {env_id!r}: {error}") from error

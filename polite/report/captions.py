@@ -27,9 +27,11 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
     ),
     "map_2d": (
         "Reward on the floor plan",
-        "Mean learned reward in each cell over states and seeds, on one colour scale for both "
-        "models: (a, b) raw, (c, d) each map minus its mean over its standard deviation. White "
-        "cells hold no state. People are drawn where they start.",
+        "Learned reward, averaged over seeds, of a robot that drives ahead along the corridor at "
+        "full speed, put into every cell in turn. The people stand still where they are drawn; "
+        "the intermittent goal counts as collected beyond it, the end goal as not yet reached. "
+        "One colour scale for both models: (a, b) raw, (c, d) each map minus its mean over its "
+        "standard deviation.",
     ),
     "fig5b_goal_distance": (
         "Fig. 5b. Reward against the distance to a goal",

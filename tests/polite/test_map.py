@@ -4,7 +4,8 @@ import torch
 from matplotlib.axes import Axes
 from PIL import Image
 
-from polite.experiments.map import draw_map, map_figure, scene_of
+from polite.experiments.map import draw_map, map_figure
+from polite.experiments.study_world import scene_of
 from polite.experiments.study_config import StudyConfig
 from polite.experiments.study_world import FLOOR_X, FLOOR_Z, floor_plan
 from polite.rewards.network import FAST, RewardNet, save_reward_model
@@ -46,7 +47,7 @@ def test_profile_and_heat_map_show_the_rewards() -> None:
 
 
 def test_the_scene_is_the_corridor_of_the_env() -> None:
-    scene, world = scene_of(CorridorConfig()), CorridorConfig()
+    scene, world = scene_of(0.3), CorridorConfig()
     assert scene["goal"] == [0.0, world.goal_z]
     assert len(scene["people"]) == world.num_humans
 
