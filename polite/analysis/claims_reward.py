@@ -156,8 +156,8 @@ def divergence_grows(results: Results) -> Claim:
         "The divergence between the two reward models grows with training",
         "shown in Fig. 5c, no number",
         f"KL(POLITE‖baseline), Gaussian closed form, mean of the last {TAIL:.0%} of the epochs: "
-        f"above the first {TAIL:.0%}, above two baselines of different seeds, and above POLITE "
-        "with its highlights shuffled; 95% paired t intervals over seeds lie above 0.",
+        f"above the first {TAIL:.0%}, above two baselines of different batch orders, and above "
+        "POLITE with its highlights shuffled; 95% paired t intervals over seeds lie above 0.",
         (
             above("KL at the end minus at the beginning", growth, 0, "nats"),
             above(

@@ -61,13 +61,15 @@ def kl_part(
         epochs: (E,) epoch of each checkpoint; 0 is the untrained model.
         polite: Rewards of the POLITE models.
         baseline: Rewards of the preference-only models.
-        other_baseline: Preference-only models of another seed and batch order (first null).
+        other_baseline: Preference-only models of another batch order (first null).
         shuffled: POLITE models whose highlights were shuffled among the queries (second null).
     """
     forward = gaussian_kl(polite, baseline)  # (S, E)
     band = mean_band(forward)
     histogram = _histogram_curves(polite, baseline)
     reverse = gaussian_kl(baseline, polite)
+    models = {"per_seed": polite, "null_seed": other_baseline, "null_shuffled": shuffled}
+    centred = {name: gaussian_kl(_centre(m), _centre(baseline)) for name, m in models.items()}
     return {
         "epochs": as_json(epochs),
         "mean": as_json(band.mean),
@@ -79,7 +81,14 @@ def kl_part(
         "null_shuffled": as_json(gaussian_kl(shuffled, baseline)),
         "histogram": {"per_seed": as_json(histogram), "mean": as_json(histogram.mean(axis=0))},
         "reverse": {"per_seed": as_json(reverse), "mean": as_json(reverse.mean(axis=0))},
+        "centred": {name: as_json(curves) for name, curves in centred.items()},
     }
+
+
+def _centre(rewards: Array) -> Array:
+    """Rewards with mean 0 over the states: comparisons of clips of one length leave it free."""
+    rewards = np.asarray(rewards, dtype=float)
+    return np.asarray(rewards - rewards.mean(axis=-1, keepdims=True))
 
 
 def _histogram_curves(polite: Array, baseline: Array) -> Array:

@@ -62,6 +62,7 @@ def sensitivity_row(
     level: str,
     pair_accuracy: dict[str, list[float]],
     correlation: dict[str, list[float]],
+    spread_ratio: list[float],
 ) -> dict[str, Any]:
     """One entry of `sensitivity` in results.json: POLITE minus baseline, paired by seed.
 
@@ -70,6 +71,7 @@ def sensitivity_row(
         level: To what, e.g. "half".
         pair_accuracy: One number a seed for "polite" and "baseline", on held-out segments.
         correlation: The same for the step-wise correlation with the true reward.
+        spread_ratio: The spread over z of the baseline's map by that of POLITE's, one a seed.
     """
     accuracy_gap = paired_difference(*_both(pair_accuracy)).as_json()
     correlation_gap = paired_difference(*_both(correlation)).as_json()
@@ -82,6 +84,7 @@ def sensitivity_row(
         "low": accuracy_gap["low"],
         "high": accuracy_gap["high"],
         "correlation_difference": correlation_gap,
+        "spread_ratio": as_json(spread_ratio),
     }
 
 

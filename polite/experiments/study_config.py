@@ -17,7 +17,7 @@ class StudyConfig:
 
     seeds: int = 3
     """Training runs of each reward model and policy; the participants' answers are the same."""
-    clip_steps: int = 14_336
+    clip_steps: int = 20_480
     """PPO steps of the policy that makes the clips: part of the way, so that its clips show both
     good and clumsy passages. The learning rate decays as if it were trained to `policy_steps`."""
     horizon: int = 600
@@ -28,7 +28,7 @@ class StudyConfig:
     pool_envs: int = 8
     """Corridors for each of the start places from which the pool's clips are collected: places
     spread along the corridor, since from its beginning the end goal would hardly be shown."""
-    pool_steps: int = 150
+    pool_steps: int = 200
     """Steps of each of them."""
     pool_segments: int = 600
     """Segments of the pool, and of the held-out one."""
@@ -66,8 +66,10 @@ PRESETS = {
         ppo=PpoConfig(num_envs=16, epochs=2),
         policy_steps=4096,
         evaluation_episodes=10,
+        sensitivity_seeds=1,
     ),
-    "fast": StudyConfig(),
+    # Twice the epochs: at 100 the small network has hardly left its first weights.
+    "fast": StudyConfig(reward_training=RewardTrainingConfig(epochs=200)),
     "paper": StudyConfig(
         seeds=5,
         reward_net=PAPER,

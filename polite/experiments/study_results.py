@@ -85,9 +85,9 @@ def _clip_policy(stages: Results) -> Results:
     shown: Results = stages["study"]
     why = (
         f"stopped at {clips['steps']:,} steps, where it reaches the end goal in "
-        f"{clips['success_rate']:.0%} of episodes and collides in {clips['collision_rate']:.0%}: "
-        "half-trained, it shows good passages and clumsy ones, and started from places along the "
-        "whole corridor it shows both goals and all people"
+        f"{clips['success_rate']:.0%} of episodes, the intermittent one in "
+        f"{clips['intermittent_rate']:.0%} and collides in {clips['collision_rate']:.0%}; its "
+        "clips start from places along the whole corridor, so that goals and people are shown"
     )
     return {
         "steps": clips["steps"],
@@ -181,7 +181,7 @@ def _maps(study: Study) -> Results:
         np.arange(epochs["polite"].shape[1], dtype=np.float64),
         epochs["polite"],
         epochs["baseline"],
-        np.roll(epochs["baseline"], 1, axis=0),
+        epochs["null_seed"],
         epochs["null_shuffled"],
     )
     return parts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,13 @@ from polite.dataset import Feedback, load_feedback, save_feedback
 from polite.experiments.runner import Report
 from polite.experiments.study_config import StudyConfig
 from polite.experiments.study_world import (
+    FLAGS,
     MapStates,
     collect_along,
     collect_map_states,
     derive,
     floor_plan,
+    people_of,
     study_env,
 )
 from polite.files import write_atomically
@@ -40,10 +43,11 @@ from polite.teachers.participants import (
     draw_population,
 )
 from polite.types import Answer, Query, SegmentPool
+from socialnav_env import CorridorConfig
 from socialnav_env.metrics import METRICS
 
 CONDITIONS = {"polite": POLITE, "baseline": BASELINE}
-MODELS = ("polite", "baseline", "null_shuffled")
+MODELS = ("polite", "baseline", "null_seed", "null_shuffled")
 POLICIES = ("polite", "baseline", "ground_truth")
 RATES = ("success", "intermittent", "collisions")
 """Metrics that are told as rates over episodes."""
@@ -139,7 +143,10 @@ def ask(
 
 
 def train_reward_models(study: Study, k: int, report: Report) -> dict[str, Any]:
-    """Train POLITE, the baseline and the null model from the same weights; score the map states.
+    """Train POLITE, the baseline and both null models from the same weights; score the map states.
+
+    The null models are the baseline with its answers in another order, and POLITE with its
+    highlights on other queries.
 
     After every epoch the models' rewards on the shared states are kept: that is what the
     divergence is computed from.
@@ -157,7 +164,15 @@ def train_reward_models(study: Study, k: int, report: Report) -> dict[str, Any]:
             report((i + epoch / study.config.reward_training.epochs) / len(MODELS))
 
         feedback, answers = _answers_for(study, name, k)
-        net = fit(study, feedback, answers, k, keep, highlights=name != "baseline")
+        net = fit(
+            study,
+            feedback,
+            answers,
+            k,
+            keep,
+            highlights=name in ("polite", "null_shuffled"),
+            order="other batches" if name == "null_seed" else "batches",
+        )
         save_reward_model(study.model_path(name, k), net)
         arrays[f"{name}_epochs"] = np.stack(curve)
         arrays[f"{name}_floor"] = predict(net, floor.observations, floor.actions)
@@ -171,11 +186,22 @@ def fit(
     feedback: Feedback,
     answers: list[Answer],
     k: int,
-    keep: Any = None,
+    keep: Callable[[int, RewardNet], object] | None = None,
     *,
     highlights: bool,
+    order: str = "batches",
 ) -> RewardNet:
-    """Train one reward model; training run k has the same first weights under every condition."""
+    """Train one reward model; training run k has the same first weights under every condition.
+
+    Args:
+        study: The run.
+        feedback: Segments and pairs.
+        answers: What to learn from.
+        k: The training run.
+        keep: Called before the first epoch, with 0, and after each.
+        highlights: Whether highlights are learned from.
+        order: Names the order of the batches, and the dropout.
+    """
     config, pool = study.config, feedback.pool
     sizes = pool.observations.shape[-1], pool.actions.shape[-1]
     generator = torch.Generator().manual_seed(derive(study.seed, "weights", k))
@@ -187,7 +213,7 @@ def fit(
     if keep is not None:
         keep(0, net)
     data = stack_feedback(pool, feedback.queries, answers)
-    generator.manual_seed(derive(study.seed, "batches", k))
+    generator.manual_seed(derive(study.seed, order, k))
     train_reward(net, data, training, generator, keep)
     return net
 
@@ -209,8 +235,12 @@ def train_policy(study: Study, name: str, k: int, report: Report) -> dict[str, A
 
 
 def _judge(study: Study, policy: GaussianPolicy) -> dict[str, Any]:
-    """The policy's figures over evaluation episodes, under the true reward."""
-    env = study_env(study.config, study.config.evaluation_episodes, 0).vector_env
+    """The policy's figures over evaluation episodes, under the true reward.
+
+    They end at the end goal, so that the metrics tell of the way there and not of the waiting.
+    """
+    count = study.config.evaluation_episodes
+    env = study_env(study.config, count, 0, terminate_on_goal=True).vector_env
     episodes = evaluate(env, policy.mean_action, derive(study.seed, "evaluation"))
     return {
         "return": float(episodes["return"].mean()),
@@ -246,22 +276,26 @@ def _segments(study: Study, policy: GaussianPolicy, purpose: str) -> SegmentPool
 
 
 def _content_of(pool: SegmentPool) -> dict[str, Any]:
-    """What the clips show: shares with a person near, goals being reached, and bad moments."""
-    people = pool.states[..., 9:].reshape(*pool.states.shape[:2], -1, 4)
-    distance = np.linalg.norm(people[..., :2] - pool.states[..., None, :2], axis=-1)
-    near = (distance.min(axis=-1) < 1.8).any(axis=1)
-    gained = (pool.states[:, -1, 3:5] > pool.states[:, 0, 3:5]).mean(axis=0)
+    """What the clips show: shares with a person near, goals being reached, and collisions."""
+    world = CorridorConfig()
+    near = people_of(pool.states)[1].min(axis=-1) < (
+        world.robot_radius + world.human_radius + world.personal_space
+    )
+    flags = pool.states[..., FLAGS]
+    gained = (flags[:, -1] > flags[:, 0]).mean(axis=0)
+    # No other term of the reward comes near the penalty of a collision.
+    collided = pool.rewards < -0.5 * world.collision_penalty
     return {
-        "share_with_person": float(near.mean()),
+        "share_with_person": float(near.any(axis=1).mean()),
         "share_with_intermittent": float(gained[0]),
         "share_with_goal": float(gained[1]),
-        "share_with_collision": float((pool.rewards < -0.5).any(axis=1).mean()),
+        "share_with_collision": float(collided.any(axis=1).mean()),
     }
 
 
 def _answers_for(study: Study, name: str, k: int) -> tuple[Feedback, list[Answer]]:
     """What a model is trained on; the null model gets POLITE's highlights on other queries."""
-    feedback = study.feedback("baseline" if name == "baseline" else "polite")
+    feedback = study.feedback("baseline" if name in ("baseline", "null_seed") else "polite")
     answers = list(feedback.answers)
     if name == "null_shuffled":
         rng = np.random.default_rng(derive(study.seed, "shuffle", k))

@@ -23,8 +23,30 @@ FLOOR_PEOPLE = ((1.2, PAPER_ANCHORS[0]), (-1.2, PAPER_ANCHORS[1]), (1.2, PAPER_A
 """Where people stand on the floor plan: x, z [m]."""
 FLOOR_X, FLOOR_Z = 13, 60
 """Cells of the floor plan."""
-START_PLACES = 15
-"""Places along the corridor from which clips and map states are collected."""
+START_PLACES = tuple(float(z) for z in np.linspace(-14.0, 9.0, 15))
+"""Places along the corridor from which clips and map states are collected [m]. The last lies before
+the end goal: a robot that began beyond it would only meet the wall there."""
+
+
+FLAGS = slice(3, 5)
+"""Columns of a state's row that tell what has been collected and reached."""
+GOALS = (slice(5, 7), slice(7, 9))
+"""Columns of the intermittent and the end goal, x and z; the people follow, four columns each."""
+
+
+def people_of(
+    states: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The people in rows of states, and how far they are from the robot, centre to centre.
+
+    Args:
+        states: (..., k) rows of `socialnav_env.state.State.scene_rows`.
+
+    Returns:
+        (..., H, 4) x, z and velocity x, z; and (..., H) distances [m].
+    """
+    people = states[..., GOALS[1].stop :].reshape(*states.shape[:-1], -1, 4)
+    return people, np.linalg.norm(people[..., :2] - states[..., None, :2], axis=-1)
 
 
 def scene_settings(config: StudyConfig) -> dict[str, Any]:
@@ -93,20 +115,18 @@ class MapStates:
 
     def goal_offset(self, which: int) -> NDArray[np.float64]:
         """(M,) robot's z minus that of the intermittent (0) or the end goal (1) [m]."""
-        return self.z - self.states[:, 6 + 2 * which]
+        return self.z - self.states[:, GOALS[which]][:, 1]
 
     def goal_distance(self, which: int) -> NDArray[np.float64]:
         """(M,) distance to the intermittent (0) or the end goal (1) [m]."""
-        goal = self.states[:, 5 + 2 * which : 7 + 2 * which]
-        return np.asarray(np.linalg.norm(self.states[:, :2] - goal, axis=1))
+        return np.asarray(np.linalg.norm(self.states[:, :2] - self.states[:, GOALS[which]], axis=1))
 
     @property
     def person_offset(self) -> NDArray[np.float64]:
         """(M,) robot's z minus that of the nearest person [m]."""
-        people = self.states[:, 9:].reshape(len(self.states), -1, 4)
-        distances = np.linalg.norm(people[..., :2] - self.states[:, None, :2], axis=-1)
-        nearest = people[np.arange(len(people)), distances.argmin(axis=1)]
-        return np.asarray(self.z - nearest[:, 1])
+        people, distances = people_of(self.states)
+        nearest = np.take_along_axis(people[..., 1], distances.argmin(axis=1)[:, None], axis=1)
+        return np.asarray(self.z - nearest[:, 0])
 
     def save(self, path: Path) -> None:
         """Write to one file, whole or not at all."""
@@ -132,8 +152,8 @@ def collect_along(
 ) -> list[Trajectory]:
     """Let the clip-making policy, as it trains, walk from places spread along the corridor."""
     trajectories = []
-    for start in np.linspace(-14.0, 14.0, START_PLACES):
-        env = study_env(config, config.pool_envs, 0, start_z=float(start)).vector_env
+    for start in START_PLACES:
+        env = study_env(config, config.pool_envs, 0, start_z=start).vector_env
         trajectories += collect(
             env,
             lambda observations: policy.sample(observations, rng),

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from polite.plots.curves import draw_seed_band
-from polite.plots.style import GREEN, LOOKS, ORANGE, Look
+from polite.plots.style import GREEN, GREY, LOOKS, ORANGE, Look
 
 FORWARD = replace(LOOKS["polite"], label="POLITE ‖ baseline")
 
@@ -27,11 +27,12 @@ def draw_divergence(ax: Axes, kl: Mapping[str, Any]) -> Axes:
 
 
 def draw_divergence_forms(ax: Axes, kl: Mapping[str, Any]) -> Axes:
-    """The same divergence by histogram, and the other way round, beside the closed form."""
+    """The same by histogram, the other way round, and of centred rewards."""
     forms = (
         (replace(FORWARD, label="POLITE ‖ baseline, Gaussian"), kl),
         (Look("POLITE ‖ baseline, histogram", GREEN, "--", "^"), kl["histogram"]),
         (Look("baseline ‖ POLITE, Gaussian", ORANGE, ":", "s"), kl["reverse"]),
+        (Look("POLITE ‖ baseline, means taken out", GREY, "-.", "D"), kl["centred"]),
     )
     for look, part in forms:
         draw_seed_band(ax, kl["epochs"], part["per_seed"], look, within=(0, np.inf))
@@ -51,5 +52,5 @@ def _finish(ax: Axes) -> Axes:
         title_fontsize=7,
     )
     # Headroom, so that the legend covers no curve.
-    ax.set_ylim(top=ax.get_ylim()[1] * 1.45)
+    ax.set_ylim(top=ax.get_ylim()[1] * 1.6)
     return ax

@@ -72,7 +72,7 @@ LOOKS: Final[Mapping[str, Look]] = {
     "polite": Look("POLITE", BLUE, "-", "o"),
     "baseline": Look("baseline (preferences only)", VERMILION, "--", "s"),
     "ground_truth": Look("PPO on the true reward", GREEN, "-.", "^"),
-    "null_seed": Look("null: baseline ‖ baseline of another seed", GREY, ":", "D"),
+    "null_seed": Look("null: baseline ‖ baseline, other batches", GREY, ":", "D"),
     "null_shuffled": Look("null: POLITE, highlights shuffled ‖ baseline", PURPLE, "-.", "v"),
 }
 """The looks of all conditions and null models."""

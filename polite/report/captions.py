@@ -44,9 +44,10 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
         "(a) KL(POLITE ‖ baseline) of the two models' reward distributions over the shared "
         "states after each epoch, closed form for normal distributions. A rising curve alone "
         "proves little, since any two models drift apart: the null curves put in POLITE's place a "
-        "baseline of another seed and batch order, and POLITE trained on highlights that were "
+        "baseline of another batch order, and POLITE trained on highlights that were "
         "shuffled among the queries. (b) The same divergence from histograms (40 bins on "
-        f"[−1, 1], {SMOOTHING:g} added to each count), and the other way round.",
+        f"[−1, 1], {SMOOTHING:g} added to each count), the other way round, and with each "
+        "model's mean taken out: clips of one length leave the level of a learned reward free.",
     ),
     "fig5d_policy": (
         "Fig. 5d. Policies trained on each reward",

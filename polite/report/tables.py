@@ -99,13 +99,18 @@ def sensitivity_table(rows: list[dict[str, Any]]) -> Markup:
             stored(row, "difference"),
             *(over_seeds(row["correlation"][c]) for c in ("polite", "baseline")),
             stored(row["correlation_difference"]),
+            over_seeds(row["spread_ratio"]),
         )
         for row in rows
     )
     accuracy = ("pair accuracy, POLITE", "pair accuracy, baseline", "difference (paired)")
     correlation = ("correlation, POLITE", "correlation, baseline", "difference (paired)")
     caption = "Reward models on held-out segments: mean over seeds with 95% t intervals."
-    return table(caption, ("Participants", *accuracy, *correlation), cells)
+    return table(
+        caption,
+        ("Participants", *accuracy, *correlation, "spread of the maps, baseline / POLITE"),
+        cells,
+    )
 
 
 def inputs_table(calibrated: Mapping[str, Any]) -> Markup:

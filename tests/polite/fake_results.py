@@ -194,6 +194,7 @@ def _policies(seeds: int, rng: np.random.Generator) -> dict[str, Any]:
                 level,
                 {"polite": draw(0.82), "baseline": draw(0.8)},
                 {"polite": draw(0.5), "baseline": draw(0.45)},
+                draw(0.6),
             )
             for level in ("half", "as calibrated", "double")
         ],

@@ -53,7 +53,9 @@ def test_sensitivity_is_paired_by_seed() -> None:
         "double",
         {"polite": [0.8, 0.9], "baseline": [0.7, 0.8]},
         {"polite": [0.5, float("nan")], "baseline": [0.4, 0.4]},
+        [0.5, 0.7],
     )
+    assert row["spread_ratio"] == [0.5, 0.7]
     assert row["difference"] == pytest.approx(0.1)
     assert row["low"] == pytest.approx(0.1)
     assert row["correlation"]["polite"] == [0.5, None]
