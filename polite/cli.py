@@ -91,6 +91,7 @@ Command = (
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
+    command: Command | None = None
     try:
         command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")
         path = command.run()
@@ -98,6 +99,7 @@ def main() -> None:
         Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
-        Console(stderr=True).print("polite: stopped; go on with --resume")
+        hint = "; go on with --resume" if isinstance(command, Replicate | Train) else ""
+        Console(stderr=True).print(f"polite: stopped{hint}")
         sys.exit(130)
     Console(soft_wrap=True).print(f"{path}", markup=False, highlight=False)

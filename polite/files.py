@@ -5,11 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import uuid
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from polite.types import NotFiniteError
+from polite.types import NotFiniteError, PoliteError
+
+_TEMPORARY = re.compile(r"\..*-[0-9a-f]{32}(\.[^.]+)?")
 
 
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
@@ -21,14 +25,31 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     Args:
         path: where the file shall be; its folder is made if needed.
         write: writes the whole content to the path that it is given.
+
+    Raises:
+        PoliteError: if the system refuses to make the folder or the file.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}-{uuid.uuid4().hex}{path.suffix}")
     try:
-        write(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            write(temporary)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise PoliteError(f"{path}: cannot be written ({system_says(error)})") from error
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether a path is a temporary file of `write_atomically`, left there by a process's death."""
+    return _TEMPORARY.fullmatch(path.name) is not None and path.is_file()
+
+
+def remove_temporaries(folder: Path) -> None:
+    """Remove all temporary files of `write_atomically` below a folder that nobody writes into."""
+    for path in filter(is_temporary, list(folder.rglob(".*"))):
+        path.unlink(missing_ok=True)
 
 
 def write_json(path: Path, content: object) -> None:
@@ -42,6 +63,38 @@ def write_json(path: Path, content: object) -> None:
     except ValueError as error:
         raise NotFiniteError(f"{path}: cannot write NaN or infinity as JSON ({error})") from error
     write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def read_json_object(path: Path, remedy: str) -> dict[str, Any]:
+    """Read a file that holds one JSON object.
+
+    Args:
+        path: the file.
+        remedy: what the user should do if it does not; ends the error's message.
+
+    Raises:
+        PoliteError: naming the file, if it is missing, is no JSON or holds something else.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PoliteError(f"{path}: cannot be read ({system_says(error)}); {remedy}") from error
+    except ValueError as error:
+        raise PoliteError(f"{path}: expected JSON ({one_line(error)}); {remedy}") from error
+    if not isinstance(content, dict):
+        found = type(content).__name__
+        raise PoliteError(f"{path}: expected a JSON object, found {found}; {remedy}")
+    return content
+
+
+def system_says(error: OSError) -> str:
+    """The system's reason without the path, which our message has already."""
+    return error.strerror or one_line(error)
+
+
+def one_line(error: Exception) -> str:
+    """What a library says in an error, in one line of no more than 300 characters, never empty."""
+    return " ".join(str(error).split())[:300] or type(error).__name__
 
 
 def sha256(path: Path) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
@@ -24,7 +24,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from polite.files import write_json
+from polite.files import read_json_object, write_json
+from polite.types import PoliteError
 
 Report = Callable[[float], None]
 """Called with the share of a task that is done, in [0, 1]."""
@@ -32,7 +33,9 @@ Work = Callable[[Report], dict[str, Any]]
 """A task's work: importable, its result plain data."""
 
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-_messages: SimpleQueue[tuple[str, float] | None] | None = None
+_LISTEN_EVERY = 0.1  # seconds
+_LISTENER_STOPS_WITHIN = 5.0  # seconds
+_messages: SimpleQueue[tuple[str, float]] | None = None
 
 
 @dataclass(frozen=True)
@@ -69,9 +72,9 @@ class Runner:
         self._progress = progress
         self._bars: dict[str, TaskID] = {}
         context = multiprocessing.get_context("spawn")
-        self._messages: SimpleQueue[tuple[str, float] | None] = context.SimpleQueue()
-        workers = os.cpu_count() or 1
-        self._pool = ProcessPoolExecutor(workers, context, _start_worker, (self._messages,))
+        self._messages: SimpleQueue[tuple[str, float]] = context.SimpleQueue()
+        self._pool = ProcessPoolExecutor(cores(), context, _start_worker, (self._messages,))
+        self._stopping = threading.Event()
         self._listener = threading.Thread(target=self._listen, daemon=True)
 
     def __enter__(self) -> Self:
@@ -82,8 +85,8 @@ class Runner:
     def __exit__(self, *_: object) -> None:
         """Let running tasks finish, drop the others, stop."""
         self._pool.shutdown(cancel_futures=True)
-        self._messages.put(None)
-        self._listener.join()
+        self._stopping.set()
+        self._listener.join(_LISTENER_STOPS_WITHIN)  # longer only if a message was cut short
 
     def run(self, tasks: Sequence[Task]) -> list[dict[str, Any]]:
         """Run the tasks that have no result yet.
@@ -95,24 +98,49 @@ class Runner:
             The results, in the order of the tasks.
 
         Raises:
+            PoliteError: A result on disk is damaged, or a worker process died.
             Exception: Whatever a task raises; finished tasks' results are kept.
         """
-        waiting = [task for task in tasks if not result_path(self._folder, task.name).exists()]
-        for task in waiting:
+        paths = {task.name: result_path(self._folder, task.name) for task in tasks}
+        kept = {name: _read(path) for name, path in paths.items() if path.exists()}
+        self._work([task for task in tasks if task.name not in kept])
+        return [kept.get(name) or _read(path) for name, path in paths.items()]
+
+    def _work(self, tasks: list[Task]) -> None:
+        """Do tasks, as many at once as there are workers."""
+        for task in tasks:
             self._bars[task.name] = self._progress.add_task(task.says, total=1.0, start=False)
-        with _single_threaded():
-            futures = [self._pool.submit(_do, self._folder, task) for task in waiting]
-            for future in as_completed(futures):
-                future.result()
-        paths = [result_path(self._folder, task.name) for task in tasks]
-        return [json.loads(path.read_text("utf-8")) for path in paths]
+        try:
+            with _single_threaded():
+                futures = [self._pool.submit(_do, self._folder, task) for task in tasks]
+                for future in as_completed(futures):
+                    future.result()
+        except BrokenProcessPool as error:
+            raise PoliteError(
+                "a worker process died, as when the system runs out of memory; free memory, then "
+                "--resume"
+            ) from error
 
     def _listen(self) -> None:
-        """Move the bars as the workers report."""
-        while (message := self._messages.get()) is not None:
-            name, share = message
-            self._progress.start_task(self._bars[name])
-            self._progress.update(self._bars[name], completed=share)
+        """Move the bars as the workers report, until told to stop.
+
+        It looks from time to time, rather than wait for a last message from `__exit__`: a worker
+        that was killed may have left the queue locked for writers.
+        """
+        stopping = False
+        while not stopping:
+            stopping = self._stopping.wait(_LISTEN_EVERY)
+            while not self._messages.empty():
+                name, share = self._messages.get()
+                self._progress.start_task(self._bars[name])
+                self._progress.update(self._bars[name], completed=share)
+
+
+def cores() -> int:
+    """Cores that this process may use, which can be fewer than the machine has."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1  # macOS and Windows
 
 
 def make_progress() -> Progress:
@@ -142,7 +170,12 @@ def _single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def _start_worker(messages: SimpleQueue[tuple[str, float] | None]) -> None:
+def _read(path: Path) -> dict[str, Any]:
+    """A task's result."""
+    return read_json_object(path, "delete it and --resume")
+
+
+def _start_worker(messages: SimpleQueue[tuple[str, float]]) -> None:
     """Prepare a worker process."""
     global _messages
     _messages = messages

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -84,8 +84,9 @@ def run_train(config: TrainConfig) -> Path:
     """
     preset = preset_of(config.env)
     learning = _learning_config(config, preset)
-    make_env = _env_maker(config, preset)  # tried once, before a folder is made
-    _check_env(make_env(1, 0))
+    make_env = _env_maker(config, preset)
+    with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
+        _check_env(env)
     claim_folder(config.out, _identity(config), config.resume)
     with make_progress() as progress, _one_thread():
         if (config.out / RESULTS).exists():
@@ -153,9 +154,8 @@ def _reporter(progress: Progress) -> Report:
 
 def _judge(make_env: MakeEnv, policy: GaussianPolicy, config: TrainConfig) -> Results:
     """The policy's most likely actions over whole episodes, under the true reward."""
-    env = make_env(config.evaluation_episodes, 0)
-    numbers = evaluate(env.vector_env, policy.mean_action, config.seed + EVALUATION_SEED)
-    env.close()
+    with closing(make_env(config.evaluation_episodes, 0)) as env:
+        numbers = evaluate(env.vector_env, policy.mean_action, config.seed + EVALUATION_SEED)
     spread = float(numbers["return"].std())
     means = {name: float(np.mean(values)) for name, values in _outcomes(numbers).items()}
     return {"episodes": config.evaluation_episodes, "return_sd": spread} | means

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from polite.files import write_atomically
+from polite.files import one_line, write_atomically
 from polite.types import PoliteError, ShapeError
 
 CLIP = 10.0
@@ -96,6 +96,8 @@ def load_policy(path: Path) -> GaussianPolicy:
     Raises:
         PoliteError: Naming the file, if it is missing, damaged, or not a policy.
     """
+    if not path.is_file():
+        raise PoliteError(f"{path}: no such policy")
     try:
         content = torch.load(path, weights_only=True)
         arrays = {
@@ -103,5 +105,6 @@ def load_policy(path: Path) -> GaussianPolicy:
         }
         weights = tuple(weight.numpy() for weight in content["weights"])
         return GaussianPolicy(weights=weights, activation=content["activation"], **arrays)
-    except Exception as error:
-        raise PoliteError(f"{path}: not a readable policy ({error})") from error
+    except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
+        reason = one_line(error)
+        raise PoliteError(f"{path}: expected a policy that polite saved ({reason})") from None

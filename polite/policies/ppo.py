@@ -1,4 +1,4 @@
-"""PPO (stable-baselines3's) behind one function."""
+"""PPO (stable-baselines3's) behind one class."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from polite.policies.episodes import EpisodeTally
@@ -97,6 +98,8 @@ class PpoTrainer:
             seed=seed,
             device="cpu",
         )
+        # Its own logger would leave an empty folder in the system's temporary folder each time.
+        self._model.set_logger(Logger(None, []))
 
     @property
     def episodes(self) -> list[dict[str, float]]:
@@ -148,22 +151,3 @@ class _Progress(BaseCallback):
     def _on_rollout_end(self) -> None:
         if self._on_progress is not None:
             self._on_progress(self.num_timesteps)
-
-
-def train_ppo(
-    env: GymnasiumVecEnv,
-    config: PpoConfig,
-    *,
-    seed: int,
-    steps: int,
-    reward: RewardFunction | None = None,
-    on_progress: Callable[[int], object] | None = None,
-) -> tuple[GaussianPolicy, list[dict[str, float]]]:
-    """Train a policy from scratch.
-
-    Returns:
-        The policy, and the tallies of the episodes that it finished on the way.
-    """
-    trainer = PpoTrainer(env, config, seed, steps, reward)
-    trainer.train(steps, on_progress)
-    return trainer.policy(), trainer.episodes

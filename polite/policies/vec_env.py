@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
+from polite.files import one_line
 from polite.types import NotFiniteError, PoliteError
 
 
@@ -119,8 +120,9 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
                 name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
             )
     except (gym.error.Error, ImportError, TypeError, ValueError) as error:
-        raise PoliteError(f"cannot make {env_id!r}: {error}") from error
+        raise PoliteError(f"cannot make {env_id!r}: {one_line(error)}") from error
     if not isinstance(env.single_action_space, gym.spaces.Box):
+        env.close()
         raise PoliteError(
             f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
         )

@@ -10,15 +10,27 @@ import imageio.v3 as iio
 import numpy as np
 import numpy.typing as npt
 
+from polite.files import one_line
+from polite.types import PoliteError
+
 
 def read_clip(path: Path, fps: float) -> npt.NDArray[np.uint8]:
     """Frames (T, height, width, 3), one a step of 1/fps seconds.
 
     A GIF writer merges equal neighbouring frames into one that lasts longer; they are repeated
     here, so that frame t is the world at step t.
+
+    Raises:
+        PoliteError: Naming the file, when it is damaged or no moving picture.
     """
-    frames = np.asarray(iio.imread(path, index=None))[..., :3]
-    lasting = [_milliseconds(path, index) for index in range(len(frames))]
+    try:
+        frames = np.asarray(iio.imread(path, index=None))[..., :3]
+        lasting = [_milliseconds(path, index) for index in range(len(frames))]
+    except Exception as error:  # a damaged picture fails in a dozen ways inside its reader
+        reason = one_line(error)
+        raise PoliteError(
+            f"{path}: not a readable clip ({reason}); delete it to do without"
+        ) from error
     repeats = [max(1, round(fps * milliseconds / 1000)) for milliseconds in lasting]
     return np.asarray(np.repeat(frames, repeats, axis=0), dtype=np.uint8)
 

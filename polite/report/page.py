@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from polite.files import write_atomically
+from polite.files import one_line, read_json_object, write_atomically
 from polite.report import tables
 from polite.report.captions import CAPTIONS
 from polite.report.example import example_clips
@@ -21,6 +20,7 @@ Results = Mapping[str, Any]
 
 TITLE = "POLITE user study, replicated"
 SIMULATED = "The participants are simulated."
+AGAIN = "was it written by another version? Run `polite replicate` again"
 
 
 def write_report(folder: Path) -> Path:
@@ -33,17 +33,22 @@ def write_report(folder: Path) -> Path:
         The page, `folder/report.html`; it needs no other file and no network.
 
     Raises:
-        PoliteError: When results.json is missing, is no JSON, or lacks a key.
+        PoliteError: When results.json is missing, is no JSON, lacks a key or has a value of
+            another type, a clip is damaged, or the folder cannot be written into.
     """
+    numbers = folder / "results.json"
     results = read_results(folder)
     try:
         pictures = draw_figures(results, folder)
         page = render(results, folder, pictures)
+    except PoliteError:
+        raise
     except KeyError as missing:
         raise PoliteError(
-            f"{folder / 'results.json'}: expected the key {missing}, found none; "
-            "was it written by another version? Run `polite replicate` again"
+            f"{numbers}: expected the key {missing}, found none; {AGAIN}"
         ) from missing
+    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
+        raise PoliteError(f"{numbers}: unexpected value ({one_line(error)}); {AGAIN}") from error
     path = folder / "report.html"
     write_atomically(path, lambda temporary: temporary.write_text(page, encoding="utf-8"))
     return path
@@ -55,18 +60,7 @@ def read_results(folder: Path) -> dict[str, Any]:
     Raises:
         PoliteError: When the file is missing or is no JSON object.
     """
-    path = folder / "results.json"
-    try:
-        results = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise PoliteError(f"{path}: cannot be read ({error.strerror}); is the run done?") from error
-    except ValueError as error:
-        raise PoliteError(
-            f"{path}: expected JSON, {error}; run `polite replicate` again"
-        ) from error
-    if not isinstance(results, dict):
-        raise PoliteError(f"{path}: expected a JSON object, found {type(results).__name__}")
-    return results
+    return read_json_object(folder / "results.json", "end the run with `polite replicate --resume`")
 
 
 def render(results: Results, folder: Path, pictures: list[Path]) -> str:

@@ -32,9 +32,11 @@ class PopulationConfig:
     equal_share: float = 0.5
     """Share of "no preference" that is "equal" (.5, .5); the rest is "unrelated" (0, 0)."""
     positive_rate: float = 236 / 372
-    """Mean rate of positive highlights per expressed preference (63.44%)."""
+    """Mean rate of positive highlights per expressed preference (63.44%); what is reached is less
+    where fewer segments have a window that sums above 0."""
     negative_rate: float = 176 / 372
-    """Mean rate of negative highlights per expressed preference (47.31%)."""
+    """Mean rate of negative highlights per expressed preference (47.31%); what is reached is less
+    where fewer segments have a window that sums below 0."""
     concentration: float = 20.0
     """How alike the participants' rates are: a + b of the Beta distributions."""
     rationality: float = 4.0
