@@ -74,11 +74,14 @@ class Train(TrainConfig):
     Writes results.json, models/, data/ and figures/ into a folder.
     """
 
+    def __post_init__(self) -> None:
+        """Check nothing yet: tyro would show a mistake in a box of its own."""
+
     def run(self) -> Path:
         """Train; returns the path of the results."""
         from polite.experiments.train import run_train
 
-        return run_train(self)
+        return run_train(TrainConfig(**vars(self)))
 
 
 Command = (

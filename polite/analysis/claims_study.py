@@ -83,7 +83,8 @@ def highlight_rates(results: Results) -> Claim:
         "input",
         "Participants highlight when they may",
         "63.44% (236/372) positive, 47.31% (176/372) negative",
-        "Per expressed preference. Put in by calibration; shown, not judged.",
+        "Per expressed preference. Put in by calibration; shown, not judged. A rate below its "
+        "input means that too few preferred clips had a moment of that sign.",
         tuple(parts),
     )
 

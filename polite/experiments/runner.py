@@ -104,7 +104,7 @@ class Runner:
         paths = {task.name: result_path(self._folder, task.name) for task in tasks}
         kept = {name: _read(path) for name, path in paths.items() if path.exists()}
         self._work([task for task in tasks if task.name not in kept])
-        return [kept.get(name) or _read(path) for name, path in paths.items()]
+        return [kept[name] if name in kept else _read(path) for name, path in paths.items()]
 
     def _work(self, tasks: list[Task]) -> None:
         """Do tasks, as many at once as there are workers."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from polite.clips import frames_of, write_clip
 from polite.dataset import Feedback
-from polite.experiments.study_stages import Study
+from polite.experiments.study import Study
 from polite.experiments.study_world import scene_settings
 from polite.types import Answer, Highlight
 from socialnav_env import SocialCorridorEnv

@@ -15,8 +15,8 @@ from polite.analysis.divergence import kl_part
 from polite.analysis.published import PUBLISHED
 from polite.analysis.quality import policy_difference_part
 from polite.analysis.reward_map import map_2d_part, profile, reward_map_part
+from polite.experiments.study import CONDITIONS, MODELS, POLICIES, Study, load_arrays
 from polite.experiments.study_config import as_dict
-from polite.experiments.study_stages import CONDITIONS, MODELS, POLICIES, Study, load_arrays
 from polite.experiments.study_world import (
     FLOOR_X,
     FLOOR_Z,

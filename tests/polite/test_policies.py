@@ -1,3 +1,4 @@
+import tempfile
 from itertools import pairwise
 
 import gymnasium as gym
@@ -10,7 +11,7 @@ from stub_envs import register, vec_env
 from polite.policies.episodes import EpisodeTally
 from polite.policies.learned_reward import LearnedReward
 from polite.policies.policy import GaussianPolicy, load_policy, save_policy
-from polite.policies.ppo import PpoConfig, PpoTrainer, train_ppo
+from polite.policies.ppo import PpoConfig, PpoTrainer
 from polite.policies.vec_env import make_vec_env
 from polite.types import NotFiniteError, PoliteError, ShapeError
 
@@ -78,6 +79,15 @@ def test_an_env_that_cannot_be_used_is_a_one_line_error(env_id: str) -> None:
     with pytest.raises(PoliteError) as caught:
         make_vec_env(env_id, 1, 0)
     assert "\n" not in str(caught.value)
+
+
+def test_an_env_without_continuous_actions_is_closed(monkeypatch) -> None:
+    closed = []
+    close = gym.vector.VectorEnv.close
+    monkeypatch.setattr(gym.vector.VectorEnv, "close", lambda env: (closed.append(env), close(env)))
+    with pytest.raises(PoliteError, match="continuous"):
+        make_vec_env("CartPole-v1", 1, 0)
+    assert len(closed) == 1
 
 
 def test_an_unknown_setting_is_a_one_line_error() -> None:
@@ -189,25 +199,35 @@ def test_a_saved_policy_acts_alike(tmp_path) -> None:
     np.testing.assert_array_equal(policy.log_std, loaded.log_std)
 
 
-def test_a_damaged_policy_is_an_error_that_names_the_file(tmp_path) -> None:
+def test_a_missing_policy_is_an_error_that_names_the_file(tmp_path) -> None:
+    with pytest.raises(PoliteError, match=r"policy\.pt: no such policy"):
+        load_policy(tmp_path / "policy.pt")
+
+
+@pytest.mark.parametrize(
+    "damage", ["empty", "garbage", "cut short", "a list", "other keys", "code"]
+)
+def test_a_damaged_policy_is_a_one_line_error_that_names_the_file(tmp_path, damage: str) -> None:
     path = tmp_path / "policy.pt"
-    with pytest.raises(PoliteError, match=r"policy\.pt"):
-        load_policy(path)
     save_policy(path, make_policy())
-    path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(PoliteError, match=r"policy\.pt"):
+    contents = {"empty": b"", "garbage": b"garbage\n" * 99, "cut short": path.read_bytes()[:200]}
+    objects = {"a list": [1], "other keys": {"weights": []}, "code": {"weights": print}}
+    if damage in contents:
+        path.write_bytes(contents[damage])
+    else:
+        torch.save(objects[damage], path)
+    with pytest.raises(PoliteError, match=r"policy\.pt: expected a policy .*\(.+\)$") as caught:
         load_policy(path)
-    torch.save({"weights": []}, path)
-    with pytest.raises(PoliteError, match=r"policy\.pt"):
-        load_policy(path)
+    assert "\n" not in str(caught.value)
 
 
 # --- PPO -----------------------------------------------------------------------------------------
 
 
 def trained(seed, reward=None):
-    env = make_vec_env("Pendulum-v1", 2, seed)
-    return train_ppo(env, SMALL, seed=seed, steps=64, reward=reward)
+    trainer = PpoTrainer(make_vec_env("Pendulum-v1", 2, seed), SMALL, seed, 64, reward)
+    trainer.train(64)
+    return trainer.policy(), trainer.episodes
 
 
 def test_equal_seeds_give_equal_policies() -> None:
@@ -217,6 +237,12 @@ def test_equal_seeds_give_equal_policies() -> None:
     np.testing.assert_array_equal(first.mean, second.mean)
     assert episodes == again
     assert any((a != b).any() for a, b in zip(first.weights, other.weights, strict=True))
+
+
+def test_training_leaves_nothing_in_the_temporary_folder(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    trained(0)
+    assert not list(tmp_path.iterdir())
 
 
 def test_training_in_parts_goes_on_where_it_was() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -137,6 +138,46 @@ def test_missing_numbers_are_one_line_errors(tmp_path: Path) -> None:
     with pytest.raises(PoliteError, match="expected the key"):
         write_report(tmp_path)
     assert not (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("reward_map", 3), ("kl", {"epochs": "x"}), ("claims", "x"), ("seeds", 5)]
+)
+def test_numbers_of_another_type_are_one_line_errors(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: str, value: object
+) -> None:
+    if key in ("claims", "seeds"):  # for the page alone
+        monkeypatch.setattr("polite.report.page.draw_figures", lambda results, folder: [])
+    results = json.loads((run / "results.json").read_text(encoding="utf-8"))
+    write_json(tmp_path / "results.json", results | {key: value})
+    with pytest.raises(PoliteError, match=r"results\.json: .*another version") as caught:
+        write_report(tmp_path)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize("kept", [0, 7, 700])
+def test_a_damaged_clip_is_a_one_line_error_that_names_it(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kept: int
+) -> None:
+    shutil.copytree(run / "clips", tmp_path / "clips")
+    shutil.copy(run / "results.json", tmp_path)
+    clip = tmp_path / "clips" / "query_second.gif"
+    clip.write_bytes(clip.read_bytes()[:kept])
+    monkeypatch.setattr("polite.report.page.draw_figures", lambda results, folder: [])
+    with pytest.raises(PoliteError, match=r"query_second\.gif: not a readable clip") as caught:
+        write_report(tmp_path)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_folder_that_cannot_be_written_into_is_a_one_line_error(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copy(run / "results.json", tmp_path)
+    (tmp_path / "figures").write_text("in the way")
+    with pytest.raises(PoliteError, match=r"figures/.*cannot be written"):
+        write_report(tmp_path)
 
 
 def test_clip_frames_are_steps_even_where_the_file_merged_them(run: Path) -> None:

@@ -5,8 +5,9 @@ import pytest
 
 from polite.dataset import Feedback
 from polite.experiments.sensitivity import LEVELS, _new_answers
+from polite.experiments.study import Study
 from polite.experiments.study_config import PRESETS, StudyConfig, preset
-from polite.experiments.study_stages import Study, _content_of, ask, draw_queries
+from polite.experiments.study_stages import _content_of, ask, draw_queries
 from polite.experiments.study_world import (
     FLOOR_X,
     FLOOR_Z,

@@ -16,6 +16,7 @@ from polite.methods.config import METHODS
 from polite.methods.presets import PRESETS, EnvPreset
 from polite.policies.policy import load_policy
 from polite.policies.ppo import PpoConfig
+from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.network import load_reward_model
 from polite.types import PoliteError
 
@@ -91,6 +92,22 @@ def test_equal_seeds_give_equal_results(tmp_path) -> None:
         run_train(settings(tmp_path, out=tmp_path / name)).read_bytes() for name in ("a", "b")
     )
     assert first == second
+
+
+def test_every_env_that_is_made_is_closed(tmp_path, monkeypatch) -> None:
+    opened, closed = set(), set()
+    make, close = module.make_vec_env, GymnasiumVecEnv.close
+
+    def make_and_note(*arguments, **settings):
+        env = make(*arguments, **settings)
+        opened.add(env)
+        return env
+
+    monkeypatch.setattr(module, "make_vec_env", make_and_note)
+    monkeypatch.setattr(GymnasiumVecEnv, "close", lambda env: (closed.add(env), close(env)))
+    run_train(settings(tmp_path))
+    assert len(opened) >= 3  # probe, training, judging
+    assert closed == opened
 
 
 # --- the folder ----------------------------------------------------------------------------------

@@ -1,0 +1,122 @@
+"""The command line: a user's mistake is one line and exit code 2, and changes nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+from polite import cli
+from polite.rewards.network import FAST, RewardNet, save_reward_model
+
+MAIN = "from polite.cli import main; main()"
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", MAIN, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def mistake(folder: Path, *arguments: object) -> str:
+    """The only line that a mistaken command prints; `folder` stays as it is."""
+    before = sorted(folder.rglob("*"))
+    done = run(*arguments)
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("polite: ")
+    assert sorted(folder.rglob("*")) == before
+    return line
+
+
+def test_an_unknown_env(tmp_path: Path) -> None:
+    assert "NoSuchEnv-v0" in mistake(
+        tmp_path, "train", "--env", "NoSuchEnv-v0", "--out", tmp_path / "run"
+    )
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("queries", -1), ("steps", 0), ("seed", -1), ("evaluation-episodes", 0)],
+)
+def test_impossible_numbers_of_a_training(tmp_path: Path, option: str, value: int) -> None:
+    line = mistake(tmp_path, "train", f"--{option}", value, "--out", tmp_path / "run")
+    assert line.startswith(f"polite: {option.replace('-', '_')}: expected at least")
+
+
+def test_a_seed_below_zero(tmp_path: Path) -> None:
+    line = mistake(
+        tmp_path, "replicate", "--preset", "smoke", "--seed", -1, "--out", tmp_path / "run"
+    )
+    assert line == "polite: seed: expected a whole number of at least 0, got -1"
+
+
+@pytest.mark.parametrize("command", ["replicate", "train"])
+def test_a_folder_beneath_a_file(tmp_path: Path, command: str) -> None:
+    (tmp_path / "file").write_text("mine")
+    assert "Not a directory" in mistake(tmp_path, command, "--out", tmp_path / "file" / "run")
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may fill")
+def test_a_folder_that_cannot_be_written_into(tmp_path: Path) -> None:
+    assert "/proc/run" in mistake(tmp_path, "replicate", "--out", "/proc/run")
+
+
+def test_a_map_of_no_model(tmp_path: Path) -> None:
+    line = mistake(tmp_path, "map", tmp_path / "reward.pt", "--out", tmp_path / "map.png")
+    assert "no such reward model" in line
+
+
+def test_a_map_of_a_model_of_other_shapes(tmp_path: Path) -> None:
+    net = RewardNet(17, 6, FAST, torch.Generator().manual_seed(0))
+    save_reward_model(tmp_path / "reward.pt", net)
+    line = mistake(tmp_path, "map", tmp_path / "reward.pt", "--out", tmp_path / "map.png")
+    assert "17 and 6" in line
+
+
+def test_a_report_on_an_empty_folder(tmp_path: Path) -> None:
+    assert "results.json" in mistake(tmp_path, "report", tmp_path)
+
+
+@pytest.mark.parametrize(
+    "arguments", [["train", "--colour", "red"], ["train", "--steps", "many"], ["fly"], []]
+)
+def test_a_command_that_cannot_be_parsed(tmp_path: Path, arguments: list[str]) -> None:
+    done = run(*arguments)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("kind", "arguments", "says"),
+    [
+        (cli.Replicate, ["replicate", "--out", "run"], "polite: stopped; go on with --resume"),
+        (cli.Train, ["train", "--out", "run"], "polite: stopped; go on with --resume"),
+        (cli.Map, ["map", "reward.pt", "--out", "map.png"], "polite: stopped"),
+        (cli.Report, ["report", "run"], "polite: stopped"),
+    ],
+)
+def test_resuming_is_offered_only_where_it_can_be_done(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    kind: type,
+    arguments: list[str],
+    says: str,
+) -> None:
+    def stop(_: object) -> Path:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(kind, "run", stop)
+    monkeypatch.setattr(sys, "argv", ["polite", *arguments])
+    with pytest.raises(SystemExit) as caught:
+        cli.main()
+    assert caught.value.code == 130
+    assert capsys.readouterr().err.strip() == says
