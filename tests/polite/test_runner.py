@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import threading
-import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -23,17 +22,13 @@ DEADLINE = 60.0
 """Seconds after which something hangs."""
 
 
-def answer(number: int, wait: float, report: Report) -> dict[str, Any]:
-    time.sleep(wait)
+def answer(number: int, work: int, report: Report) -> dict[str, Any]:
+    sum(range(work))
     report(0.5)
     return {"number": number, "process": os.getpid()}
 
 
-def fail_after(other: Path, report: Report) -> dict[str, Any]:
-    """Raise, once another task's result is there."""
-    end = time.monotonic() + DEADLINE
-    while not other.exists() and time.monotonic() < end:
-        time.sleep(0.01)
+def fail(report: Report) -> dict[str, Any]:
     raise PoliteError("this task cannot be done")
 
 
@@ -45,8 +40,8 @@ def die(report: Report) -> dict[str, Any]:
     return {}
 
 
-def numbered(number: int, wait: float = 0.0) -> Task:
-    return Task(f"task-{number}", f"task {number}", partial(answer, number, wait))
+def numbered(number: int, work: int = 0) -> Task:
+    return Task(f"task-{number}", f"task {number}", partial(answer, number, work))
 
 
 def run(folder: Path, tasks: Sequence[Task]) -> list[dict[str, Any]]:
@@ -63,7 +58,7 @@ def in_time(work: Callable[[], object]) -> None:
 
 
 def test_results_are_in_the_order_of_the_tasks_and_not_computed_again(tmp_path: Path) -> None:
-    tasks = [numbered(n, wait) for n, wait in enumerate((0.5, 0.0, 0.2))]
+    tasks = [numbered(n, work) for n, work in enumerate((20_000_000, 0, 5_000_000))]
     progress = make_progress()
     with Runner(tmp_path, progress) as runner:
         first = runner.run(tasks)
@@ -80,10 +75,13 @@ def test_a_result_on_disk_is_taken_as_it_is(tmp_path: Path) -> None:
     assert run(tmp_path, [numbered(7)]) == [{"number": "from before"}]
 
 
-def test_an_error_is_passed_on_and_finished_results_stay(tmp_path: Path) -> None:
+def test_an_error_is_passed_on_and_finished_results_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "cores", lambda: 1)  # one worker does them in order
     done = result_path(tmp_path, "task-0")
     with pytest.raises(PoliteError, match="this task cannot be done"):
-        run(tmp_path, [numbered(0), Task("bad", "a bad task", partial(fail_after, done))])
+        run(tmp_path, [numbered(0), Task("bad", "a bad task", fail)])
     kept = json.loads(done.read_text("utf-8"))
     assert not result_path(tmp_path, "bad").exists()
     assert run(tmp_path, [numbered(0)]) == [kept]
