@@ -12,14 +12,36 @@ class ConfigError(ValueError):
     """A keyword of the corridor that does not exist or a value that cannot be."""
 
 
-def _number(default: float, low: float, high: float) -> Any:
-    """A field that holds a finite number in [low, high]."""
-    return field(default=default, metadata={"low": low, "high": high})
+DOORWAY_WALL = 0.2
+"""Thickness of the wall around a doorway [m]."""
+
+SCENARIOS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "empty": {"num_humans": 0},
+    "crowded": {"num_humans": 10, "walking": "mixed"},
+    "doorway": {"num_humans": 4, "walking": "along", "doorway_width": 1.8},
+}
+"""Named starting points for the keywords: `gym.make("SocialCorridor-v0", scenario="crowded")`."""
+
+
+def _number(default: float, low: float, high: float, *, varies: bool = False) -> Any:
+    """A field that holds a finite number in [low, high]; `varies`: reset's options may set it."""
+    return field(default=default, metadata={"low": low, "high": high, "varies": varies})
 
 
 def _count(default: int, low: int, high: int) -> Any:
     """A field that holds a whole number in [low, high]."""
     return field(default=default, metadata={"low": low, "high": high, "whole": True})
+
+
+def _choice(default: str, *others: str, varies: bool = False) -> Any:
+    """A field that holds one of some words."""
+    return field(default=default, metadata={"choices": (default, *others), "varies": varies})
+
+
+def _switch(default: bool, *, varies: bool = False) -> Any:
+    """A field that is True or False."""
+    return field(default=default, metadata={"varies": varies})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,20 +61,24 @@ class CorridorConfig:
     """Half of the corridor's length [m]; the final wall stands at z = half_length."""
     half_width: float = _number(3.0, 1.5, 20.0)
     """Half of the corridor's width [m]."""
-    start_z: float = _number(-14.0, -100.0, 100.0)
+    start_z: float = _number(-14.0, -100.0, 100.0, varies=True)
     """Where the robot starts along the corridor [m], give or take half a metre."""
-    intermittent_z: float = _number(-2.5, -100.0, 100.0)
+    intermittent_z: float = _number(-2.5, -100.0, 100.0, varies=True)
     """The anchor of the intermittent goal [m]."""
-    goal_z: float = _number(12.0, -100.0, 100.0)
+    goal_z: float = _number(12.0, -100.0, 100.0, varies=True)
     """The anchor of the end goal [m]."""
     intermittent_radius: float = _number(0.8, 0.1, 5.0)
     """The intermittent goal is collected when the robot's centre is this close [m]."""
     goal_radius: float = _number(1.0, 0.1, 5.0)
     """The end goal is reached when the robot's centre is this close [m]."""
-    anchor_jitter: float = _number(2.0, 0.0, 10.0)
+    anchor_jitter: float = _number(2.0, 0.0, 10.0, varies=True)
     """Goals and people are drawn within this distance of their anchors on each axis [m]."""
     num_humans: int = _count(3, 0, 12)
-    """How many people walk; the first three have the paper's anchors z = -10, 5 and 8."""
+    """How many people there are; the first three have the paper's anchors z = -10, 5 and 8."""
+    doorway_width: float = _number(0.0, 0.0, 40.0)
+    """Width of an opening in a wall across the corridor [m]; 0 is no such wall."""
+    doorway_z: float = _number(2.0, -100.0, 100.0)
+    """Where that wall stands [m]."""
 
     # --- time ------------------------------------------------------------------------------------
     timestep: float = _number(0.05, 0.001, 0.5)
@@ -66,38 +92,55 @@ class CorridorConfig:
     robot_mass: float = _number(28.0, 1.0, 500.0)
     """Mass of the robot [kg]."""
     robot_speed: float = _number(0.83, 0.05, 5.0)
-    """Top forward speed [m/s]; action 0 maps [-1, 1] to [0, robot_speed]."""
+    """Top speed [m/s]; a unicycle's action 0 maps [-1, 1] to [0, robot_speed]."""
     robot_turn_rate: float = _number(1.0, 0.05, 10.0)
-    """Top turn rate [rad/s]; action 1 maps [-1, 1] to [-robot_turn_rate, robot_turn_rate]."""
+    """Top turn rate [rad/s]; the last action maps [-1, 1] to plus and minus this."""
+    action: str = _choice("unicycle", "holonomic")
+    """Unicycle: forward speed, turn rate. Holonomic: speed ahead, speed to the left, turn rate."""
+
+    # --- what the robot observes -----------------------------------------------------------------
+    observation: str = _choice("both", "state", "rays")
+    """Beside its own pose and the goals: the people's states, nine range rays, or both."""
     ray_range: float = _number(6.0, 0.5, 100.0)
     """How far the nine range rays see [m]."""
+    ray_noise: float = _number(0.0, 0.0, 5.0)
+    """Standard deviation of the ranges [m]."""
+    tracking_noise: float = _number(0.0, 0.0, 5.0)
+    """Standard deviation of people's observed positions [m] and velocities [m/s]."""
 
     # --- people (social force; Helbing and Molnar 1995) ------------------------------------------
+    walking: str = _choice("cross", "along", "mixed", "group", "queue", varies=True)
+    """Cross the corridor, walk along it, some of each, stand in conversation, or queue."""
+    reactive: bool = _switch(True, varies=True)
+    """People evade each other and the robot; oblivious ones mind nothing but walls."""
+    robot_visible: bool = _switch(True, varies=True)
+    """People see the robot; where they do not, they still evade each other."""
     human_radius: float = _number(0.3, 0.05, 1.0)
     """Radius of a person's disc [m]."""
     human_mass: float = _number(70.0, 1.0, 500.0)
     """Mass of a person [kg]."""
-    human_speed: float = _number(1.0, 0.05, 5.0)
+    human_speed: float = _number(1.0, 0.05, 5.0, varies=True)
     """Mean of the people's preferred walking speed [m/s]."""
-    human_speed_std: float = _number(0.15, 0.0, 1.0)
+    human_speed_std: float = _number(0.15, 0.0, 1.0, varies=True)
     """Standard deviation of the preferred speed [m/s], cut at two of them."""
-    human_roam: float = _number(1.5, 0.0, 30.0)
-    """How far along z a person's waypoints lie from the anchor drawn for the episode [m]."""
-    human_patience: float = _number(8.0, 0.5, 600.0)
-    """A person who has not reached a waypoint after this long turns to the next one [s]."""
-    relaxation_time: float = _number(0.5, 0.05, 5.0)
+    human_roam: float = _number(1.5, 0.0, 30.0, varies=True)
+    """How far along z the waypoints of who crosses lie from the anchor drawn for the episode [m]."""
+    human_patience: float = _number(8.0, 0.5, 600.0, varies=True)
+    """A person who has not reached a waypoint after this long turns to the next one, and a queue
+    moves up this often [s]."""
+    relaxation_time: float = _number(0.5, 0.05, 5.0, varies=True)
     """tau: the time in which a person takes up the wanted velocity [s]."""
-    human_force: float = _number(2.1, 0.0, 50.0)
+    human_force: float = _number(2.1, 0.0, 50.0, varies=True)
     """V0: strength of the repulsion between people [m^2/s^2]."""
-    human_force_range: float = _number(0.3, 0.01, 5.0)
+    human_force_range: float = _number(0.3, 0.01, 5.0, varies=True)
     """sigma: range of the repulsion between people [m]."""
-    human_foresight: float = _number(0.5, 0.0, 5.0)
+    human_foresight: float = _number(0.5, 0.0, 5.0, varies=True)
     """Delta t: how far ahead a person foresees another one's way [s]."""
-    wall_force: float = _number(10.0, 0.0, 100.0)
+    wall_force: float = _number(10.0, 0.0, 100.0, varies=True)
     """U0: strength of the repulsion from walls [m^2/s^2]."""
-    wall_force_range: float = _number(0.2, 0.01, 5.0)
+    wall_force_range: float = _number(0.2, 0.01, 5.0, varies=True)
     """R: range of the repulsion from walls [m]."""
-    field_of_view: float = _number(math.radians(200.0), 0.0, 2.0 * math.pi)
+    field_of_view: float = _number(math.radians(200.0), 0.0, 2.0 * math.pi, varies=True)
     """Whoever is outside this angle counts half in the repulsion [rad]."""
 
     # --- the true reward -------------------------------------------------------------------------
@@ -121,9 +164,9 @@ class CorridorConfig:
     """Taken per step times the sum of the squared shares of top speed and top turn rate."""
 
     # --- the episode -----------------------------------------------------------------------------
-    terminate_on_goal: bool = True
+    terminate_on_goal: bool = _switch(True)
     """End the episode when the end goal is reached."""
-    terminate_on_collision: bool = True
+    terminate_on_collision: bool = _switch(True)
     """End the episode at a collision."""
 
     def __post_init__(self) -> None:
@@ -131,12 +174,29 @@ class CorridorConfig:
         for item in dataclasses.fields(self):
             _check(item.name, getattr(self, item.name), item.metadata)
         for name in ("start_z", "intermittent_z", "goal_z"):
-            limit = self.half_length - self.robot_radius
-            if abs(getattr(self, name)) > limit:
-                raise ConfigError(
-                    f"{name}={getattr(self, name)} lies outside the corridor: expected a value in "
-                    f"[{-limit:g}, {limit:g}] (half_length={self.half_length:g})"
-                )
+            self._check_inside(name, self.robot_radius)
+        if self.doorway_width > 0.0:
+            self._check_doorway()
+
+    def _check_inside(self, name: str, margin: float) -> None:
+        """Raise ConfigError unless that z keeps clear of the end walls."""
+        limit = self.half_length - margin
+        if abs(getattr(self, name)) > limit:
+            raise ConfigError(
+                f"{name}={getattr(self, name)} lies outside the corridor: expected a value in "
+                f"[{-limit:g}, {limit:g}] (half_length={self.half_length:g})"
+            )
+
+    def _check_doorway(self) -> None:
+        """Raise ConfigError unless robot and people fit through the opening in the wall."""
+        self._check_inside("doorway_z", 2.0)
+        narrow = 2.0 * max(self.robot_radius, self.human_radius) + 0.2
+        wide = 2.0 * self.half_width
+        if not narrow <= self.doorway_width <= wide:
+            raise ConfigError(
+                f"doorway_width={self.doorway_width}: expected 0 (no wall) or a value in "
+                f"[{narrow:g}, {wide:g}], so that everybody fits through"
+            )
 
     @property
     def dt(self) -> float:
@@ -149,28 +209,39 @@ class CorridorConfig:
         return 1.3 * (self.human_speed + 2.0 * self.human_speed_std)
 
     @classmethod
-    def from_keywords(cls, **keywords: Any) -> CorridorConfig:
-        """Make a config from keywords.
+    def from_keywords(cls, scenario: str = "paper", **keywords: Any) -> CorridorConfig:
+        """Make a config from a named scenario and keywords, which win over the scenario's.
 
         Raises:
-            ConfigError: A keyword is unknown; the message lists the valid ones.
+            ConfigError: A keyword or the scenario is unknown; the message lists the valid ones.
         """
+        if not isinstance(scenario, str) or scenario not in SCENARIOS:
+            raise ConfigError(f"scenario={scenario!r}: expected one of {', '.join(SCENARIOS)}")
         valid = [item.name for item in dataclasses.fields(cls)]
         unknown = sorted(set(keywords) - set(valid))
         if unknown:
             raise ConfigError(
                 f"unknown keyword {', '.join(unknown)}; "
-                f"valid are render_mode, render_width, {', '.join(valid)}"
+                f"valid are render_mode, render_width, camera, overlays, scenario, "
+                f"{', '.join(valid)}"
             )
-        return cls(**keywords)
+        return cls(**{**SCENARIOS[scenario], **keywords})
 
 
 def _check(name: str, value: Any, metadata: Any) -> None:
     """Raise ConfigError unless the value is of its field's kind and in its range."""
-    if not metadata:
-        if not isinstance(value, bool):
-            raise ConfigError(f"{name}={value!r}: expected True or False")
-        return
+    if "choices" in metadata:
+        if not isinstance(value, str) or value not in metadata["choices"]:
+            choices = ", ".join(metadata["choices"])
+            raise ConfigError(f"{name}={value!r}: expected one of {choices}")
+    elif "low" in metadata:
+        _check_number(name, value, metadata)
+    elif not isinstance(value, bool):
+        raise ConfigError(f"{name}={value!r}: expected True or False")
+
+
+def _check_number(name: str, value: Any, metadata: Any) -> None:
+    """Raise ConfigError unless the value is a number in its range."""
     kind = "a whole number" if metadata.get("whole") else "a number"
     number = isinstance(value, int if metadata.get("whole") else (int, float))
     low, high = metadata["low"], metadata["high"]
