@@ -3,7 +3,8 @@
 import gymnasium as gym
 
 from socialnav_env.config import ConfigError, CorridorConfig
-from socialnav_env.env import Snapshot, SocialCorridorEnv
+from socialnav_env.env import TIME_LIMIT, SocialCorridorEnv
+from socialnav_env.snapshot import Snapshot, VectorSnapshot
 from socialnav_env.vector_env import SocialCorridorVectorEnv
 
 __all__ = [
@@ -12,11 +13,12 @@ __all__ = [
     "Snapshot",
     "SocialCorridorEnv",
     "SocialCorridorVectorEnv",
+    "VectorSnapshot",
 ]
 
 gym.register(
     id="SocialCorridor-v0",
     entry_point="socialnav_env.env:SocialCorridorEnv",
     vector_entry_point="socialnav_env.vector_env:SocialCorridorVectorEnv",
-    max_episode_steps=600,
+    max_episode_steps=TIME_LIMIT,
 )

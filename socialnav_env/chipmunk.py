@@ -16,6 +16,8 @@ from pymunk._chipmunk_cffi import ffi, lib
 
 from socialnav_env.kernels import FloatArray
 
+_PAIR = batch.ArbiterFields.BODY_A_ID | batch.ArbiterFields.BODY_B_ID
+
 
 def stepper(space: pymunk.Space) -> Callable[[float], None]:
     """A function that advances the space by so many seconds; for a space without callbacks."""
@@ -43,17 +45,10 @@ class Transfer:
         self._buffer = batch.Buffer()
         self._buffer.set_float_buf(values)
         self._floats: Any = self._buffer._float_arr
-        self._data = ffi.new("pmBatchedData *")
-        self._data.fields = fields.value
-        self._data.floatArray = self._floats
-        self._data.intArray = self._buffer._int_arr
+        data = _batched(self._buffer, fields.value)
         each = partial(lib.cpSpaceEachBody, space._space)
-        self._read = partial(
-            each, ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"), self._data
-        )
-        self._write = partial(
-            each, ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"), self._data
-        )
+        self._read = partial(each, ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"), data)
+        self._write = partial(each, ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"), data)
 
     def read(self) -> None:
         """From the bodies to the array."""
@@ -64,3 +59,34 @@ class Transfer:
         """From the array to the bodies."""
         self._floats.num = 0
         self._write()
+
+
+class Contacts:
+    """Lists which bodies of a space touch."""
+
+    def __init__(self, space: pymunk.Space) -> None:
+        """Prepare the call."""
+        self._buffer = batch.Buffer()
+        self._ids: Any = self._buffer._int_arr
+        self._collect = partial(
+            lib.cpSpaceEachCachedArbiter,
+            space._space,
+            ffi.addressof(lib, "pmSpaceArbiterIteratorFuncBatched"),
+            _batched(self._buffer, _PAIR.value),
+        )
+
+    def pairs(self) -> list[tuple[int, int]]:
+        """The ids (`Body.id`) of each two bodies that touch, a wall counting as the static body."""
+        self._ids.num = 0
+        self._collect()
+        ids = ffi.unpack(self._ids.arr, self._ids.num) if self._ids.num else []
+        return list(zip(ids[::2], ids[1::2], strict=True))
+
+
+def _batched(buffer: batch.Buffer, fields: int) -> Any:
+    """The C struct that pymunk.batch hands to its iterators."""
+    data = ffi.new("pmBatchedData *")
+    data.fields = fields
+    data.floatArray = buffer._float_arr
+    data.intArray = buffer._int_arr
+    return data

@@ -124,7 +124,7 @@ class CorridorConfig:
     human_speed_std: float = _number(0.15, 0.0, 1.0, varies=True)
     """Standard deviation of the preferred speed [m/s], cut at two of them."""
     human_roam: float = _number(1.5, 0.0, 30.0, varies=True)
-    """How far along z the waypoints of who crosses lie from the anchor drawn for the episode [m]."""
+    """How far along z waypoints of who crosses lie from the anchor drawn for the episode [m]."""
     human_patience: float = _number(8.0, 0.5, 600.0, varies=True)
     """A person who has not reached a waypoint after this long turns to the next one, and a queue
     moves up this often [s]."""
@@ -202,6 +202,13 @@ class CorridorConfig:
     def dt(self) -> float:
         """One env step [s]."""
         return self.timestep * self.frame_skip
+
+    @property
+    def jamb(self) -> float:
+        """|x| of the middle of the rounded ends of the wall around a doorway [m]; 0 without one."""
+        if self.doorway_width == 0.0:
+            return 0.0
+        return 0.5 * (self.doorway_width + DOORWAY_WALL)
 
     @property
     def human_top_speed(self) -> float:

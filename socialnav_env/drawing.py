@@ -1,14 +1,15 @@
-"""Robot, people, goals and trail as filled polygons in colours that everyone can tell apart.
+"""Robot, people, goals and trail as figures in colours that everyone can tell apart.
 
 Nothing here paints; :mod:`socialnav_env.rendering` turns these numbers into pixels. A figure is
-drawn in its own axes ``(forward, left)`` in metres, seen from above.
+made of filled polygons in its own axes ``(forward, left)`` in metres, seen from above; robot and
+people also have a drawing from ``assets/sprites``.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -23,15 +24,17 @@ PEOPLE: tuple[Colour, ...] = (
     (213, 94, 0, 255),
     (204, 121, 167, 255),
     (86, 180, 233, 255),
+    (72, 74, 82, 255),
+    (214, 186, 60, 255),
 )
+"""The clothes' colour of each look; also that of the personal space."""
+DRAWN = 1.28
+"""Half of a drawing's side, in radii of the disc that collides."""
 INTERMITTENT: Colour = (230, 159, 0, 255)
 GOAL: Colour = (0, 158, 115, 255)
 GREY: Colour = (158, 160, 163, 255)
 INK: Colour = (44, 54, 66, 255)
 WHITE: Colour = (255, 255, 255, 255)
-EDGE: Colour = (122, 134, 148, 255)
-SCREEN: Colour = (120, 190, 235, 255)
-BASE: Colour = (206, 212, 219, 255)
 
 
 class Shape(NamedTuple):
@@ -42,27 +45,29 @@ class Shape(NamedTuple):
     colour: Colour
 
 
+class Picture(NamedTuple):
+    """A drawing from the assets, laid over a figure's shapes."""
+
+    name: str
+    """File name without its ending."""
+    reach: float
+    """Half of the drawing's side [m]."""
+    mirrored: bool = False
+    """Left and right are swapped."""
+
+
 @dataclass(frozen=True, eq=False)
 class Figure:
     """Shapes drawn one over the other; two figures are equal only if they are the same object."""
 
     shapes: tuple[Shape, ...]
+    picture: Picture | None = None
 
-    @property
+    @cached_property
     def extent(self) -> float:
         """Radius of the smallest disc around the figure's origin that holds it [m]."""
-        return max(float(np.hypot(*shape.points.T).max()) for shape in self.shapes)
-
-
-def _ellipse(
-    colour: Colour, forward: float, left: float, half_forward: float, half_left: float
-) -> Shape:
-    """An ellipse given by its centre and half axes [m], small enough for 28 corners."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 28, endpoint=False)
-    points = np.stack(
-        [forward + half_forward * np.cos(angle), left + half_left * np.sin(angle)], axis=1
-    )
-    return Shape(points, colour)
+        corners = [np.hypot(*shape.points.T).max() for shape in self.shapes]
+        return max(*corners, self.picture.reach if self.picture else 0.0)
 
 
 def _disc(colour: Colour, radius: float) -> Shape:
@@ -81,20 +86,6 @@ def _faint(colour: Colour, opacity: int) -> Colour:
     return (*colour[:3], opacity)
 
 
-def _mixed(colour: Colour, other: Colour, share: float) -> Colour:
-    """A colour with a share of another one in it."""
-    red, green, blue, opacity = (
-        round((1.0 - share) * mine + share * theirs)
-        for mine, theirs in zip(colour, other, strict=True)
-    )
-    return red, green, blue, opacity
-
-
-def _scaled(radius: float, *parts: tuple[Colour, float, float, float, float]) -> list[Shape]:
-    """Ellipses whose numbers are given in units of a radius [m]."""
-    return [_ellipse(colour, *(radius * number for number in rest)) for colour, *rest in parts]
-
-
 def _drop(colour: Colour, radius: float, tip: float) -> Shape:
     """A disc drawn out to a point ahead, the tip so many radii from its centre: a heading."""
     side = math.acos(1.0 / tip)
@@ -105,54 +96,29 @@ def _drop(colour: Colour, radius: float, tip: float) -> Shape:
 
 @lru_cache(maxsize=64)
 def robot_figure(radius: float) -> Figure:
-    """A Pepper seen from above: base, arms, shoulders, tablet, head with eyes, heading wedge.
+    """A Pepper seen from above on a drop that points ahead.
 
-    The round part of the outline is the robot's own disc, the one that collides.
+    The round part of the drop is the robot's own disc, the one that collides.
     """
-    body = _scaled(
-        radius,
-        (BASE, 0.0, 0.0, 0.82, 0.82),
-        (EDGE, 0.20, 0.66, 0.44, 0.22),
-        (EDGE, 0.20, -0.66, 0.44, 0.22),
-        (WHITE, 0.20, 0.66, 0.36, 0.14),
-        (WHITE, 0.20, -0.66, 0.36, 0.14),
-        (EDGE, -0.10, 0.0, 0.50, 0.78),
-        (WHITE, -0.10, 0.0, 0.42, 0.70),
-    )
-    tablet = [
-        _polygon(INK, radius, (0.36, 0.40), (0.72, 0.34), (0.72, -0.34), (0.36, -0.40)),
-        _polygon(SCREEN, radius, (0.46, 0.31), (0.64, 0.26), (0.64, -0.26), (0.46, -0.31)),
-    ]
-    head = _scaled(
-        radius,
-        (EDGE, -0.06, 0.0, 0.52, 0.52),
-        (WHITE, -0.06, 0.0, 0.44, 0.44),
-        (INK, 0.16, 0.20, 0.13, 0.12),
-        (INK, 0.16, -0.20, 0.13, 0.12),
-    )
-    return Figure((_drop(INK, radius, 2.0), *body, *tablet, *head))
+    return Figure((_drop(INK, radius, 2.0),), Picture("robot", DRAWN * radius))
 
 
-@lru_cache(maxsize=64)
-def person_figure(radius: float, colour: Colour) -> Figure:
-    """A person seen from above: shoulders, arms, head with the face ahead, a heading wedge.
+@lru_cache(maxsize=256)
+def person_figure(radius: float, look: int, walking: bool, foot: int) -> Figure:
+    """A person seen from above on a faint drop that points ahead, further for who walks.
 
-    The round part of the faint outline is the person's own disc, the one that collides.
+    The round part of the drop is the person's own disc, the one that collides.
+
+    Args:
+        radius: Radius of the disc [m].
+        look: Which of the looks, below len(PEOPLE).
+        walking: Whether the person walks or stands.
+        foot: Which foot of a walker is ahead, 0 or 1.
     """
-    dark, light = _mixed(colour, INK, 0.5), _mixed(colour, WHITE, 0.8)
-    body = _scaled(
-        radius,
-        (dark, 0.18, 0.72, 0.36, 0.24),
-        (dark, 0.18, -0.72, 0.36, 0.24),
-        (light, 0.32, 0.72, 0.14, 0.14),
-        (light, 0.32, -0.72, 0.14, 0.14),
-        (dark, -0.02, 0.0, 0.54, 0.94),
-        (colour, -0.02, 0.0, 0.44, 0.84),
-        (dark, 0.06, 0.0, 0.50, 0.48),
-        (light, 0.14, 0.0, 0.36, 0.36),
-        (dark, -0.06, 0.0, 0.36, 0.40),
-    )
-    return Figure((_drop(_faint(colour, 120), radius, 1.75), *body))
+    drop = _drop(_faint(PEOPLE[look], 110), radius, 1.75 if walking else 1.3)
+    posture = "walking" if walking else "standing"
+    picture = Picture(f"person_{look}_{posture}", DRAWN * radius, mirrored=bool(walking and foot))
+    return Figure((drop,), picture)
 
 
 @lru_cache(maxsize=64)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.utils import EzPickle
 from numpy.typing import ArrayLike, NDArray
 
-from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import FloatArray
+from socialnav_env.keyboard import keys_to_action
 from socialnav_env.metrics import METRICS
 from socialnav_env.mujoco_face import (
     CorridorData,
@@ -22,53 +21,23 @@ from socialnav_env.mujoco_face import (
     positions,
     velocities,
 )
-from socialnav_env.rendering import Scene, Window, draw_scene
+from socialnav_env.pictures import RENDER_MODES, Pictures
+from socialnav_env.rendering import DEFAULT_OVERLAYS, Window
 from socialnav_env.reward import TERMS
-from socialnav_env.state import State
+from socialnav_env.robot import action_size
+from socialnav_env.snapshot import Snapshot, generator_from
+from socialnav_env.variation import NO_VARIATION, variation_from
 from socialnav_env.world import World
 
-RENDER_MODES = ("human", "rgb_array")
 FRAMES_PER_SECOND = round(1.0 / CorridorConfig().dt)
-
+TIME_LIMIT = 600
+"""Steps after which `gym.make` and `gym.make_vec` truncate an episode."""
 
 INFO = (*TERMS, "x_position", "z_position", "x_velocity", "z_velocity", "collision", *METRICS)
 """The keys of `info`."""
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """A moment of an episode, to go on from exactly.
-
-    Attributes:
-        state: People, goals, flags, tallies and bodies.
-        generator: State of the env's random generator, which the next reset draws from.
-        trail: The robot's way so far, x and z [m], where pictures are wanted.
-    """
-
-    state: State
-    generator: Mapping[str, Any]
-    trail: tuple[tuple[float, float], ...]
-
-
-def scene_from_row(row: ArrayLike, trail: ArrayLike = ()) -> Scene:
-    """A picture's content from a row of `State.scene_rows`.
-
-    Args:
-        row: (9 + 4 H,).
-        trail: (K, 2) the robot's way so far, x and z [m].
-    """
-    values = np.asarray(row, dtype=np.float64)
-    return Scene(
-        robot=values[:3],
-        collected=bool(values[3]),
-        reached=bool(values[4]),
-        goals=values[5:9].reshape(2, 2),
-        people=values[9:].reshape(-1, 4),
-        trail=np.asarray(trail, dtype=np.float64).reshape(-1, 2),
-    )
-
-
-class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
+class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     """A Pepper-like robot goes through a corridor in which people walk.
 
     ## Description
@@ -79,12 +48,22 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     walls and contacts are pymunk's.
 
     ## Action Space
-    `Box(-1, 1, (2,), float32)`; values outside are clipped.
+    `Box(-1, 1, (2,), float32)` for a unicycle (`action="unicycle"`, the default); values outside
+    are clipped.
 
     | Index | Quantity | Min | Max | Unit |
     |---|---|---|---|---|
     | 0 | forward speed; -1 stands, 1 is `robot_speed` | -1 (0) | 1 (0.83) | m/s |
     | 1 | turn rate, positive to the left (+x) | -1 (-1) | 1 (1) | rad/s |
+
+    `Box(-1, 1, (3,), float32)` for a base that moves in any direction (`action="holonomic"`); its
+    speed is capped at `robot_speed` in every direction.
+
+    | Index | Quantity | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | speed ahead | -1 (-0.83) | 1 (0.83) | m/s |
+    | 1 | speed to the left | -1 (-0.83) | 1 (0.83) | m/s |
+    | 2 | turn rate, positive to the left | -1 (-1) | 1 (1) | rad/s |
 
     ## Observation Space
     `Box(low, high, (24 + 4 H,), float64)` for H people (36 by default). Relative quantities are in
@@ -98,7 +77,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     | 2 | cosine of its heading (1 looks along +z) | -1 | 1 | - |
     | 3 | sine of its heading (1 looks along +x) | -1 | 1 | - |
     | 4 | its forward velocity | -V | V | m/s |
-    | 5 | its velocity to the left (only when pushed) | -V | V | m/s |
+    | 5 | its velocity to the left (a unicycle's only when pushed) | -V | V | m/s |
     | 6 | its turn rate | -1 | 1 | rad/s |
     | 7 | distance to the intermittent goal | 0 | D | m |
     | 8, 9 | cosine and sine of its bearing (cosine 1 is ahead, sine 1 is left) | -1 | 1 | - |
@@ -109,6 +88,10 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     | 15 + 4 i, 16 + 4 i | person i's position, relative | -D | D | m |
     | 17 + 4 i, 18 + 4 i | person i's velocity, relative | -2 V | 2 V | m/s |
     | 15 + 4 H ... 23 + 4 H | nine ranges from -90 to 90 degrees, from the centre | 0 | 6 | m |
+
+    `observation="state"` leaves out the ranges, (15 + 4 H,); `"rays"` leaves out the people, (24,).
+    `tracking_noise` and `ray_noise` are the standard deviations of what is added to people's
+    entries and to the ranges, drawn from the env's generator.
 
     ## Rewards
     The reward is the sum of these terms, all of them in `info`.
@@ -132,19 +115,27 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     corridor's axis. Goals and people are drawn within `anchor_jitter` of their anchors. Nobody
     overlaps.
 
+    `reset(options={...})` sets how episodes differ, from that one on until other options come (`{}`
+    goes back to the env's own settings): for each field of the config marked `varies` a value, a
+    pair (low, high) to draw from uniformly, or a list to choose from, as in
+    `env.reset(options={"human_speed": (0.5, 1.0), "walking": ["cross", "along"]})`.
+
     ## Episode End
     The episode terminates at the end goal (`terminate_on_goal`) and at a collision
     (`terminate_on_collision`). It is truncated after 600 steps (60 s) by `TimeLimit`, never by the
     env.
 
     ## Arguments
-    Every field of `socialnav_env.config.CorridorConfig`, `render_mode` (`"human"`, `"rgb_array"`)
-    and `render_width` (pixels).
+    `scenario`, a named starting point (`"paper"`, `"empty"`, `"crowded"`, `"doorway"`); every field
+    of `socialnav_env.config.CorridorConfig`; `render_mode` (`"human"`, `"rgb_array"`),
+    `render_width` (pixels), `camera` (`"corridor"` shows all of it, `"robot"` follows the robot)
+    and `overlays`, some of `"rays"`, `"personal_space"`, `"forces"`, `"reward"`, `"trajectory"`.
 
     ## MuJoCo face
     `dt`, `frame_skip`, `init_qpos`, `init_qvel`, `data.qpos/qvel/time/ctrl`, `model.nq/nv/nu`,
     `set_state(qpos, qvel)`, `state_vector()`, `do_simulation(ctrl, n_frames)`, `reset_model()`.
-    `get_snapshot()` and `set_snapshot()` restore exactly.
+    `get_snapshot()` and `set_snapshot()` restore exactly; `copy.deepcopy` and `pickle` give an env
+    that goes on from the same moment, without its window.
 
     ## Version History
     * v0: first version.
@@ -156,42 +147,54 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
     }
 
     def __init__(
-        self, *, render_mode: str | None = None, render_width: int = 960, **settings: Any
+        self,
+        *,
+        render_mode: str | None = None,
+        render_width: int = 960,
+        camera: str = "corridor",
+        overlays: Sequence[str] = DEFAULT_OVERLAYS,
+        **settings: Any,
     ) -> None:
         """Build the corridor.
 
         Args:
             render_mode: None, "human" or "rgb_array".
             render_width: Width of a picture [px].
-            **settings: Fields of CorridorConfig.
+            camera: One of `socialnav_env.rendering.CAMERAS`.
+            overlays: Some of `socialnav_env.rendering.OVERLAYS`.
+            **settings: `scenario` and fields of CorridorConfig.
 
         Raises:
             ConfigError: An unknown or impossible keyword.
         """
-        EzPickle.__init__(self, render_mode=render_mode, render_width=render_width, **settings)
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise ConfigError(
-                f"render_mode={render_mode!r}: expected None or one of {RENDER_MODES}"
-            )
-        if not (isinstance(render_width, int) and 64 <= render_width <= 4096):
-            raise ConfigError(
-                f"render_width={render_width!r}: expected a whole number in [64, 4096]"
-            )
         self.config = CorridorConfig.from_keywords(**settings)
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.config.dt)}
         self.render_mode = render_mode
         self.render_width = render_width
+        self._pictures = Pictures(
+            self.config,
+            (0,),
+            render_mode=render_mode,
+            render_width=render_width,
+            camera=camera,
+            overlays=overlays,
+        )
         self.world = World(self.config, 1)
         self.world.begin(0, np.random.default_rng(0))  # a state to look at before the first reset
         self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
         self.observation_space = gym.spaces.Box(self.world.low, self.world.high, dtype=np.float64)
-        self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), dtype=np.float32)  # type: ignore[assignment]
+        shape = (action_size(self.config),)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, shape, dtype=np.float32)  # type: ignore[assignment]
         self.data = CorridorData(self.world)
         self.model = corridor_model(self.world)
         self.frame_skip = self.config.frame_skip
-        self._trail: list[tuple[float, float]] = []
+        self._variation = NO_VARIATION
         self._window: Window | None = None
         self._begun = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but the window: a copy goes on from the same moment."""
+        return {**self.__dict__, "_window": None}
 
     # --- Gymnasium -------------------------------------------------------------------------------
 
@@ -202,14 +205,14 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
         Args:
             seed: Seeds the env's generator.
-            options: None are known.
+            options: What this and later episodes draw anew, see above; None changes nothing.
 
         Raises:
-            ConfigError: An unknown option.
+            ConfigError: An unknown or impossible option.
         """
+        if options is not None:
+            self._variation = variation_from(options, self.config)
         super().reset(seed=seed)
-        if options:
-            raise ConfigError(f"unknown reset option {', '.join(sorted(options))}; none are known")
         observation = self.reset_model()
         if self.render_mode == "human":
             self.render()
@@ -219,7 +222,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """Advance by `dt`.
 
         Args:
-            action: (2,) forward and turn in [-1, 1].
+            action: (2,) forward and turn, or (3,) ahead, left and turn, in [-1, 1].
 
         Raises:
             ValueError: The action has another shape or is not finite.
@@ -227,8 +230,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """
         if not self._begun:
             raise gym.error.ResetNeeded("call reset() before step()")
-        observations = self.world.step(_one_action(action))
-        self._leave_trail()
+        observations = self.world.step(self._checked(action))
+        self._pictures.follow(self.world)
         if self.render_mode == "human":
             self.render()
         info = self._info()
@@ -240,7 +243,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         if self.render_mode is None:
             gym.logger.warn("render() needs a render_mode: gym.make(..., render_mode='rgb_array')")
             return None
-        frame = self.render_state(self.state_row(), self._trail)
+        frame = self._pictures.frames(self.world)[0]
         if self.render_mode == "rgb_array":
             return frame
         self._window = self._window or Window()
@@ -253,10 +256,14 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
             self._window.close()
             self._window = None
 
+    def get_keys_to_action(self) -> dict[tuple[int, ...], NDArray[np.float32]]:
+        """Keys for `gymnasium.utils.play`: the arrows, and a and d to turn a holonomic base."""
+        return keys_to_action(self.config.action)
+
     # --- states as numbers, pictures from numbers ------------------------------------------------
 
     def state_row(self) -> FloatArray:
-        """(9 + 4 H,) what a picture of the present moment needs (`State.scene_rows`)."""
+        """(9 + 5 H,) what a picture of the present moment needs (`State.scene_rows`)."""
         row: FloatArray = self.world.state.scene_rows()[0]
         return row
 
@@ -264,15 +271,25 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         """Draw a recorded moment; the env itself is not changed.
 
         Args:
-            row: (9 + 4 H,) from `state_row`.
+            row: (9 + 5 H,) from `state_row`.
             trail: (K, 2) the robot's way so far, x and z [m].
         """
-        return draw_scene(scene_from_row(row, trail), self.config, self.render_width)
+        return self._pictures.draw_row(row, trail)
 
     def get_snapshot(self) -> Snapshot:
-        """The present moment, to go on from exactly."""
-        generator = self.np_random.bit_generator.state
-        return Snapshot(self.world.state.copy(), generator, tuple(self._trail))
+        """The present moment, to go on from exactly.
+
+        The steps that a `TimeLimit` around the env has counted are not in it: `copy.deepcopy` of
+        the wrapped env keeps them.
+        """
+        return Snapshot(
+            state=self.world.state.copy(),
+            terms=self.world.terms.copy(),
+            forces=self.world.forces.copy(),
+            generators=(self.np_random.bit_generator.state,),
+            variations=(self._variation,),
+            trails=self._pictures.trails(),
+        )
 
     def set_snapshot(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot: the same actions then give bit-identical results.
@@ -281,11 +298,11 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
             ValueError: The snapshot is of a corridor with another number of people.
         """
         self.world.restore(snapshot.state)
-        self.np_random.bit_generator.state = snapshot.generator
+        self.world.terms[...], self.world.forces[...] = snapshot.terms, snapshot.forces
+        self.np_random = self.world.generators[0] = generator_from(snapshot.generators[0])
+        self._variation = snapshot.variations[0]
+        self._pictures.resume(snapshot.trails, self.world)
         self._begun = True
-        self._trail = list(snapshot.trail)
-        if not self._trail:
-            self._leave_trail()
 
     # --- MuJoCo ----------------------------------------------------------------------------------
 
@@ -296,11 +313,11 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
     def reset_model(self) -> FloatArray:
         """Draw a new start; returns the observation."""
-        self.world.begin(0, self.np_random)
+        self.world.begin(0, self.np_random, self._variation)
         self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
-        self._trail = []
+        self._pictures.forget((0,))
+        self._pictures.follow(self.world)
         self._begun = True
-        self._leave_trail()
         observation: FloatArray = self.world.observe()[0]
         return observation
 
@@ -314,7 +331,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         Raises:
             ValueError: A wrong shape, or a number that is not finite.
         """
-        self.world.place(0, bodies_from(qpos, qvel, self.config.num_humans))
+        self.world.place(0, bodies_from(qpos, qvel, self.world.state.bodies[0]))
 
     def state_vector(self) -> FloatArray:
         """(nq + nv,) qpos and qvel."""
@@ -322,7 +339,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
 
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         """Run physics steps with an action, without reward or observation."""
-        self.world.simulate(_one_action(ctrl), n_frames)
+        self.world.simulate(self._checked(ctrl), n_frames)
 
     # ---------------------------------------------------------------------------------------------
 
@@ -334,19 +351,12 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray], EzPickle):
         values = (*world.terms[0].tolist(), *motion, *world.metrics[0].tolist())
         return dict(zip(INFO, values, strict=True))
 
-    def _leave_trail(self) -> None:
-        """Remember where the robot is, when pictures are wanted."""
-        if self.render_mode is not None:
-            z, x = self.world.state.bodies[0, 0, :2].tolist()
-            self._trail.append((x, z))
-
-
-def _one_action(action: ArrayLike) -> FloatArray:
-    """(1, 2) float64, or a ValueError that says what is wrong."""
-    actions = np.asarray(action, dtype=np.float64)
-    if actions.shape != (2,):
-        raise ValueError(f"action: expected shape (2,), got {actions.shape}")
-    forward, turn = actions.tolist()
-    if not (math.isfinite(forward) and math.isfinite(turn)):
-        raise ValueError(f"action: expected finite numbers, got {actions}")
-    return actions.reshape(1, 2)
+    def _checked(self, action: ArrayLike) -> FloatArray:
+        """(1, A) float64, or a ValueError that says what is wrong."""
+        actions = np.asarray(action, dtype=np.float64)
+        shape = (action_size(self.config),)
+        if actions.shape != shape:
+            raise ValueError(f"action: expected shape {shape}, got {actions.shape}")
+        if not all(map(math.isfinite, actions.tolist())):
+            raise ValueError(f"action: expected finite numbers, got {actions}")
+        return actions.reshape(1, -1)

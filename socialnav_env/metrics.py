@@ -21,7 +21,7 @@ METRICS = {
     "wall_collisions": "steps in contact with a wall (WC)",
     "time_to_goal": "seconds until the end goal; the time so far while it is not reached (T) [s]",
     "path_length": "length of the robot's path (PL) [m]",
-    "spl": "success weighted by path length, S * l / max(path, l), l the straight way (SPL)",
+    "spl": "success weighted by path length, S * l / max(path, l), l the shortest way (SPL)",
     "stalled_time": "time slower than 0.05 m/s (ST) [s]",
     "min_human_distance": "smallest distance to a person, surface to surface (DH_min) [m]",
     "personal_space_compliance": "share of steps with nobody inside `personal_space` (PSC)",
@@ -34,6 +34,10 @@ METRICS = {
     "jerk_mean": "mean norm of the acceleration's difference quotient (J) [m/s^3]",
     "jerk_max": "largest one [m/s^3]",
     "path_irregularity": "summed change of heading per metre of path [rad/m]",
+    "intimate_share": "share of steps with the nearest person closer than 0.45 m (HuNavSim)",
+    "personal_share": "the same for 0.45 to 1.2 m",
+    "social_share": "the same for 1.2 to 3.6 m",
+    "public_share": "share of steps with everybody farther away than that",
 }
 """Key in `info` -> definition; the order is that of the columns that `summarise` writes."""
 
@@ -41,14 +45,17 @@ STALLED_SPEED = 0.05
 """Slower than this is stalled [m/s] (Francis et al. 2023)."""
 TIME_HORIZON = 10.0
 """Longest time to collision that is told apart [s]."""
+INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
+"""Ends of the bands of distance, surface to surface [m] (Hall 1966; HuNavSim)."""
 NO_ONE = 100.0
 """`min_human_distance` in a corridor without people [m]: finite, so that JSON can hold it."""
 
 (
     STEPS, HUMAN_CONTACT, WALL_CONTACT, COLLISIONS, GOAL_STEPS, PATH, STALLED, NEAREST, INTRUDED,
     TTC, SPEED_SUM, SPEED_MAX, ACC_SUM, ACC_MAX, JERK_SUM, JERK_MAX, TURNED, STRAIGHT,
-    LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX, LAST_AZ, LAST_AX, NUM_TALLIES,
-) = range(26)  # fmt: skip
+    LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX, LAST_AZ, LAST_AX,
+    INTIMATE_STEPS, PERSONAL_STEPS, SOCIAL_STEPS, NUM_TALLIES,
+) = range(29)  # fmt: skip
 """Columns of the tallies, from which the metrics follow."""
 
 
@@ -86,6 +93,12 @@ def metrics_from(row: FloatArray) -> MetricParameters:
 
 
 @kernel
+def _norm(z: float, x: float) -> float:
+    """Length of a vector; `math.hypot` guards against overflow, which takes three times as long."""
+    return math.sqrt(z * z + x * x)
+
+
+@kernel
 def time_to_touch(dz: float, dx: float, vz: float, vx: float, reach: float) -> float:
     """Time [s] until two discs touch at constant velocities, TIME_HORIZON if they do not.
 
@@ -110,14 +123,12 @@ def time_to_touch(dz: float, dx: float, vz: float, vx: float, reach: float) -> f
 
 
 @kernel
-def start_tallies(
-    body: FloatArray, goal: FloatArray, parameters: FloatArray, tally: FloatArray
-) -> None:
+def start_tallies(body: FloatArray, way: float, parameters: FloatArray, tally: FloatArray) -> None:
     """Begin an episode.
 
     Args:
         body: (6,) the robot.
-        goal: (2,) the end goal, z, x.
+        way: Length of the shortest way to the end goal's centre [m].
         parameters: Row of MetricParameters.
         tally: (NUM_TALLIES,) written.
     """
@@ -126,8 +137,7 @@ def start_tallies(
     tally[NEAREST] = NO_ONE
     tally[TTC] = TIME_HORIZON
     tally[GOAL_STEPS] = -1.0
-    straight = math.hypot(goal[0] - body[0], goal[1] - body[1]) - p.goal_radius
-    tally[STRAIGHT] = max(straight, 0.0)
+    tally[STRAIGHT] = max(way - p.goal_radius, 0.0)
     tally[LAST_Z], tally[LAST_X], tally[LAST_ANGLE] = body[0], body[1], body[2]
     tally[LAST_VZ], tally[LAST_VX] = body[3], body[4]
 
@@ -167,19 +177,25 @@ def count_step(
         nearest = NO_ONE
         for h in range(1, bodies.shape[1]):
             dz, dx = bodies[n, h, 0] - z, bodies[n, h, 1] - x
-            nearest = min(nearest, math.hypot(dz, dx) - reach)
+            nearest = min(nearest, _norm(dz, dx) - reach)
             touch = time_to_touch(dz, dx, bodies[n, h, 3] - vz, bodies[n, h, 4] - vx, reach)
             tally[TTC] = min(tally[TTC], touch)
         tally[NEAREST] = min(tally[NEAREST], max(nearest, 0.0))
         tally[INTRUDED] += 1.0 if nearest < p.personal_space else 0.0
+        if nearest < INTIMATE:
+            tally[INTIMATE_STEPS] += 1.0
+        elif nearest < PERSONAL:
+            tally[PERSONAL_STEPS] += 1.0
+        elif nearest < SOCIAL:
+            tally[SOCIAL_STEPS] += 1.0
 
-        speed = math.hypot(vz, vx)
+        speed = _norm(vz, vx)
         az, ax = (vz - tally[LAST_VZ]) / p.dt, (vx - tally[LAST_VX]) / p.dt
-        acceleration = math.hypot(az, ax)
-        jerk = math.hypot(az - tally[LAST_AZ], ax - tally[LAST_AX]) / p.dt
+        acceleration = _norm(az, ax)
+        jerk = _norm(az - tally[LAST_AZ], ax - tally[LAST_AX]) / p.dt
         if tally[STEPS] < 1.5:
             jerk = 0.0  # no acceleration is known before the first step
-        tally[PATH] += math.hypot(z - tally[LAST_Z], x - tally[LAST_X])
+        tally[PATH] += _norm(z - tally[LAST_Z], x - tally[LAST_X])
         tally[STALLED] += p.dt if speed < STALLED_SPEED else 0.0
         tally[SPEED_SUM] += speed
         tally[SPEED_MAX] = max(tally[SPEED_MAX], speed)
@@ -229,3 +245,7 @@ def summarise(
         row[16] = tally[JERK_SUM] / max(tally[STEPS] - 1.0, 1.0)
         row[17] = tally[JERK_MAX]
         row[18] = tally[TURNED] / tally[PATH] if tally[PATH] > 1e-9 else 0.0
+        row[19] = tally[INTIMATE_STEPS] / steps
+        row[20] = tally[PERSONAL_STEPS] / steps
+        row[21] = tally[SOCIAL_STEPS] / steps
+        row[22] = 1.0 - row[19] - row[20] - row[21]

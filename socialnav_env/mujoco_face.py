@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from socialnav_env.kernels import FloatArray
+from socialnav_env.robot import action_size
 from socialnav_env.world import World
 
 
@@ -26,14 +27,15 @@ def velocities(world: World) -> FloatArray:
     return np.concatenate([bodies[0, [4, 3, 5]], bodies[1:, [4, 3]].ravel()])
 
 
-def bodies_from(qpos: ArrayLike, qvel: ArrayLike, num_humans: int) -> FloatArray:
-    """(1 + H, 6) bodies from qpos and qvel.
+def bodies_from(qpos: ArrayLike, qvel: ArrayLike, present: FloatArray) -> FloatArray:
+    """(1 + H, 6) bodies from qpos and qvel; where standing people look stays as it is at present.
 
     Raises:
         ValueError: A wrong shape, or a number that is not finite.
     """
+    num_humans = len(present) - 1
     size = 3 + 2 * num_humans
-    bodies = np.zeros((1 + num_humans, 6))
+    bodies = present.copy()
     for name, values, first in (("qpos", qpos, 0), ("qvel", qvel, 3)):
         row = np.asarray(values, dtype=np.float64)
         if row.shape != (size,):
@@ -78,4 +80,4 @@ def corridor_model(world: World) -> SimpleNamespace:
     """What `mujoco.MjModel` would tell: sizes and the physics timestep."""
     size = 3 + 2 * world.config.num_humans
     option = SimpleNamespace(timestep=world.config.timestep)
-    return SimpleNamespace(nq=size, nv=size, nu=2, opt=option)
+    return SimpleNamespace(nq=size, nv=size, nu=action_size(world.config), opt=option)

@@ -1,4 +1,4 @@
-"""How people walk: from waypoint to waypoint under the social force.
+"""How people walk or stand: from waypoint to waypoint under the social force.
 
 Helbing and Molnar, Social force model for pedestrian dynamics, Phys. Rev. E 51 (1995). The force
 is evaluated once per env step; pymunk then moves the bodies.
@@ -9,11 +9,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from socialnav_env.config import CorridorConfig
-from socialnav_env.kernels import FloatArray, IntArray, kernel
+from socialnav_env.config import DOORWAY_WALL, CorridorConfig
+from socialnav_env.kernels import BoolArray, FloatArray, IntArray, kernel
 
 ARRIVAL = 0.5
-"""A waypoint is reached at this distance [m]."""
+"""A waypoint is reached at this distance [m]; who waits there slows down from here on."""
+CUTOFF = 25.0
+"""A repulsion is left out beyond so many of its ranges, where it is below 1e-8 m/s^2."""
+BEYOND_DOOR = 0.5
+"""Whoever wants to the other side aims at a point this far behind the doorway [m]."""
 OUT_OF_SIGHT_WEIGHT = 0.5
 """Weight of whoever a person does not see (Helbing and Molnar 1995)."""
 
@@ -34,6 +38,10 @@ class PeopleParameters(NamedTuple):
     wall_force_range: float
     sight_cosine: float
     patience_steps: float
+    doorway_z: float
+    jamb: float
+    reactive: float
+    robot_visible: float
 
 
 def people_parameters(config: CorridorConfig) -> PeopleParameters:
@@ -52,6 +60,10 @@ def people_parameters(config: CorridorConfig) -> PeopleParameters:
         config.wall_force_range,
         math.cos(config.field_of_view / 2.0),
         round(config.human_patience / config.dt),
+        config.doorway_z,
+        config.jamb,
+        config.reactive,
+        config.robot_visible,
     )
 
 
@@ -72,6 +84,10 @@ def people_from(row: FloatArray) -> PeopleParameters:
         row[10],
         row[11],
         row[12],
+        row[13],
+        row[14],
+        row[15],
+        row[16],
     )
 
 
@@ -100,8 +116,8 @@ def repulsion(
     stride_x = vx * p.human_foresight
     ahead_z = dz - stride_z
     ahead_x = dx - stride_x
-    near = max(math.hypot(dz, dx), 1e-6)
-    ahead = max(math.hypot(ahead_z, ahead_x), 1e-6)
+    near = max(math.sqrt(dz * dz + dx * dx), 1e-6)
+    ahead = max(math.sqrt(ahead_z * ahead_z + ahead_x * ahead_x), 1e-6)
     total = near + ahead
     b = 0.5 * math.sqrt(max(total * total - stride_z * stride_z - stride_x * stride_x, 0.0))
     b = max(b, 0.5 * reach)  # on the other's way b falls to 0, where the gradient has a pole
@@ -117,12 +133,74 @@ def repulsion(
 
 @kernel
 def wall_repulsion(z: float, x: float, p: PeopleParameters) -> tuple[float, float]:
-    """Repulsion of all four walls [m/s^2]: the sum, since the nearest alone makes people sway."""
+    """Repulsion of all walls [m/s^2]: the sum, since the nearest alone makes people sway."""
     scale = p.wall_force / p.wall_force_range
     reach = p.wall_force_range
     az = math.exp(-(z + p.half_length) / reach) - math.exp(-(p.half_length - z) / reach)
     ax = math.exp(-(x + p.half_width) / reach) - math.exp(-(p.half_width - x) / reach)
+    if p.jamb > 0.0:
+        for side in (-1.0, 1.0):
+            dz, dx = z - p.doorway_z, min(x * side - p.jamb, 0.0) * side
+            centre = max(math.sqrt(dz * dz + dx * dx), 1e-6)
+            push = math.exp((0.5 * DOORWAY_WALL - centre) / reach) / centre
+            az += push * dz
+            ax += push * dx
     return scale * az, scale * ax
+
+
+@kernel
+def aim(z: float, x: float, to_z: float, to_x: float, p: PeopleParameters) -> tuple[float, float]:
+    """Where to walk for a waypoint: at it, or through the doorway when it lies on the other side.
+
+    Args:
+        z: The person [m].
+        x: The same across [m].
+        to_z: The waypoint [m].
+        to_x: The same across [m].
+        p: Parameters.
+    """
+    if p.jamb <= 0.0 or (z - p.doorway_z) * (to_z - p.doorway_z) >= 0.0:
+        return to_z, to_x
+    free = max(p.jamb - 0.5 * DOORWAY_WALL - p.human_radius - 0.1, 0.0)
+    crossing = x + (to_x - x) * (p.doorway_z - z) / (to_z - z)
+    ahead = math.copysign(BEYOND_DOOR, to_z - z)
+    return p.doorway_z + ahead, min(max(crossing, -free), free)
+
+
+@kernel
+def social_force(
+    bodies: FloatArray, h: int, ez: float, ex: float, side: float, p: PeopleParameters
+) -> tuple[float, float]:
+    """The acceleration (z, x) of a person by robot, people and walls [m/s^2].
+
+    Args:
+        bodies: (1 + H, 6) one corridor's z, x, angle, velocity z, x, angular; the robot first.
+        h: The person's row.
+        ez: Where the person wants to go, unit vector.
+        ex: The same across.
+        side: Lean of the evasion [rad].
+        p: Parameters.
+    """
+    z, x = bodies[h, 0], bodies[h, 1]
+    az, ax = wall_repulsion(z, x, p)
+    if p.reactive <= 0.0:
+        return az, ax
+    cos, sin = math.cos(side), math.sin(side)
+    for other in range(0 if p.robot_visible > 0.0 else 1, bodies.shape[0]):
+        if other == h:
+            continue
+        dz = z - bodies[other, 0]
+        dx = x - bodies[other, 1]
+        distance = math.sqrt(dz * dz + dx * dx)
+        reach = p.human_radius + (p.robot_radius if other == 0 else p.human_radius)
+        if distance - reach > CUTOFF * p.human_force_range:
+            continue
+        fz, fx = repulsion(dz, dx, bodies[other, 3], bodies[other, 4], reach, p)
+        seen = -(ez * dz + ex * dx) >= distance * p.sight_cosine
+        weight = 1.0 if seen else OUT_OF_SIGHT_WEIGHT
+        az += weight * (cos * fz - sin * fx)
+        ax += weight * (sin * fz + cos * fx)
+    return az, ax
 
 
 @kernel
@@ -133,10 +211,14 @@ def walk(
     waypoint_age: IntArray,
     speeds: FloatArray,
     sides: FloatArray,
+    waits: BoolArray,
     parameters: FloatArray,
     commands: FloatArray,
+    forces: FloatArray,
 ) -> None:
-    """Write every person's next velocity and move on to the next waypoint where one is reached.
+    """Write every person's next velocity and move on to the next waypoint where it is time.
+
+    It is time when a waypoint is reached or patience is out; who waits there only counts time.
 
     Args:
         bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
@@ -145,45 +227,36 @@ def walk(
         waypoint_age: (N, H) steps since it was taken up; changed here.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
-        parameters: Row of PeopleParameters.
+        waits: (N, H) who stands at the waypoint until patience is out.
+        parameters: (N, P) rows of PeopleParameters.
         commands: (N, 1 + H, 3) velocity z, x and angular; rows 1 onwards are written.
+        forces: (N, H, 2) written: the social force z, x [m/s^2].
     """
-    p = people_from(parameters)
     for n in range(bodies.shape[0]):
+        p = people_from(parameters[n])
         for h in range(waypoint.shape[1]):
             z, x = bodies[n, h + 1, 0], bodies[n, h + 1, 1]
             vz, vx = bodies[n, h + 1, 3], bodies[n, h + 1, 4]
 
-            to_z = waypoints[n, h, waypoint[n, h], 0] - z
-            to_x = waypoints[n, h, waypoint[n, h], 1] - x
+            point = waypoints[n, h, waypoint[n, h]]
+            to_z, to_x = point[0] - z, point[1] - x
+            here = math.sqrt(to_z * to_z + to_x * to_x) < ARRIVAL and not waits[n, h]
             waypoint_age[n, h] += 1
-            if math.hypot(to_z, to_x) < ARRIVAL or waypoint_age[n, h] > p.patience_steps:
+            if here or waypoint_age[n, h] > p.patience_steps:
                 waypoint[n, h] = (waypoint[n, h] + 1) % waypoints.shape[2]
                 waypoint_age[n, h] = 0
-                to_z = waypoints[n, h, waypoint[n, h], 0] - z
-                to_x = waypoints[n, h, waypoint[n, h], 1] - x
-            length = max(math.hypot(to_z, to_x), 1e-9)
+                point = waypoints[n, h, waypoint[n, h]]
+            aim_z, aim_x = aim(z, x, point[0], point[1], p)
+            to_z, to_x = aim_z - z, aim_x - x
+            length = max(math.sqrt(to_z * to_z + to_x * to_x), 1e-9)
             ez, ex = to_z / length, to_x / length
+            wanted = speeds[n, h] * (min(length / ARRIVAL, 1.0) if waits[n, h] else 1.0)
 
-            az = (speeds[n, h] * ez - vz) / p.relaxation_time
-            ax = (speeds[n, h] * ex - vx) / p.relaxation_time
-            cos, sin = math.cos(sides[n, h]), math.sin(sides[n, h])
-            for other in range(bodies.shape[1]):
-                if other == h + 1:
-                    continue
-                dz = z - bodies[n, other, 0]
-                dx = x - bodies[n, other, 1]
-                reach = p.human_radius + (p.robot_radius if other == 0 else p.human_radius)
-                fz, fx = repulsion(dz, dx, bodies[n, other, 3], bodies[n, other, 4], reach, p)
-                seen = -(ez * dz + ex * dx) >= math.hypot(dz, dx) * p.sight_cosine
-                weight = 1.0 if seen else OUT_OF_SIGHT_WEIGHT
-                az += weight * (cos * fz - sin * fx)
-                ax += weight * (sin * fz + cos * fx)
-            wz, wx = wall_repulsion(z, x, p)
-
-            vz += (az + wz) * p.dt
-            vx += (ax + wx) * p.dt
-            speed = math.hypot(vz, vx)
+            fz, fx = social_force(bodies[n], h + 1, ez, ex, sides[n, h], p)
+            forces[n, h, 0], forces[n, h, 1] = fz, fx
+            vz += ((wanted * ez - vz) / p.relaxation_time + fz) * p.dt
+            vx += ((wanted * ex - vx) / p.relaxation_time + fx) * p.dt
+            speed = math.sqrt(vz * vz + vx * vx)
             cap = 1.3 * speeds[n, h]
             if speed > cap:
                 vz *= cap / speed

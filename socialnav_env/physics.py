@@ -1,124 +1,189 @@
-"""The bodies, shapes and walls of N corridors in one pymunk Space."""
+"""How bodies move: freely by a kernel, through pymunk where anybody could touch anything."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pymunk
 from pymunk import batch
 
-from socialnav_env.chipmunk import Transfer, stepper
-from socialnav_env.config import CorridorConfig
+from socialnav_env.chipmunk import Contacts, Transfer, stepper
+from socialnav_env.config import DOORWAY_WALL, CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
-GAP = 2.0
-"""Free room between neighbouring corridors [m]."""
 WALL = 0.5
-"""Half the thickness of a wall [m]; its inner face is the corridor's edge."""
-CELL, CELLS_PER_CORRIDOR = 2.0, 30
-"""Spatial hash: flat cost per corridor, and pairs found in an order that does not depend on what
-happened before, which the default tree cannot promise and exact restore needs."""
+"""Half the thickness of an outer wall [m]; its inner face is the corridor's edge."""
+CELL, CELLS = 2.0, 100
+"""Spatial hash: pairs are found in an order that does not depend on what happened before, which
+the default tree cannot promise and exact restore needs."""
 PURGE_TIME = 1e-9
 """A step this short [s] only serves to forget contacts."""
 
-_STATE = (
+_FIELDS = (
     batch.BodyFields.POSITION
     | batch.BodyFields.ANGLE
     | batch.BodyFields.VELOCITY
     | batch.BodyFields.ANGULAR_VELOCITY
+    | batch.BodyFields.FORCE
 )
-_DRIVE = batch.BodyFields.ANGULAR_VELOCITY | batch.BodyFields.FORCE
-_PAIR = batch.ArbiterFields.BODY_A_ID | batch.ArbiterFields.BODY_B_ID
+
+
+class PhysicsParameters(NamedTuple):
+    """What the kernels need of CorridorConfig, in its units."""
+
+    timestep: float
+    half_length: float
+    half_width: float
+    doorway_z: float
+    jamb: float
+    robot_radius: float
+    human_radius: float
+    robot_mass: float
+    human_mass: float
+
+
+def physics_parameters(config: CorridorConfig) -> PhysicsParameters:
+    """Pick the kernels' parameters from the config."""
+    return PhysicsParameters(
+        config.timestep,
+        config.half_length,
+        config.half_width,
+        config.doorway_z,
+        config.jamb,
+        config.robot_radius,
+        config.human_radius,
+        config.robot_mass,
+        config.human_mass,
+    )
 
 
 @kernel
-def push(
-    bodies: FloatArray, commands: FloatArray, masses: FloatArray, timestep: float, out: FloatArray
-) -> None:
-    """Write the forces that take each body from its velocity to the commanded one in one step.
-
-    Forces, not velocities: pymunk moves bodies before it looks for contacts, so that a velocity
-    set from outside would press them into each other, at one physics step per env step through
-    each other. A force counts only after that, together with the contacts.
-
-    Args:
-        bodies: (N, B, 6) z, x, angle, velocity z, x, angular.
-        commands: (N, B, 3) wanted velocity z, x and angular.
-        masses: (B,) [kg].
-        timestep: One physics step [s].
-        out: (N * B or more, 3) written: turn rate [rad/s], force z and x [N].
-    """
-    for n in range(bodies.shape[0]):
-        for i in range(bodies.shape[1]):
-            row = out[n * bodies.shape[1] + i]
-            row[0] = commands[n, i, 2]
-            row[1] = masses[i] * (commands[n, i, 0] - bodies[n, i, 3]) / timestep
-            row[2] = masses[i] * (commands[n, i, 1] - bodies[n, i, 4]) / timestep
+def physics_from(row: FloatArray) -> PhysicsParameters:
+    """The parameters from a row of numbers, which takes a kernel call a fraction of the time."""
+    return PhysicsParameters(row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
 
 
 @kernel
-def can_touch(
-    bodies: FloatArray, commands: FloatArray, radii: FloatArray, edges: FloatArray, seconds: float
-) -> bool:
-    """Whether any two bodies, or a body and a wall, could meet within a time.
+def can_touch(bodies: FloatArray, commands: FloatArray, frames: int, p: PhysicsParameters) -> bool:
+    """Whether any two bodies, or a body and a wall, could meet within some physics steps.
 
     Args:
-        bodies: (N, B, 6) z, x, angle, velocity z, x, angular.
-        commands: (N, B, 3) wanted velocity z, x and angular.
-        radii: (B,) [m].
-        edges: (2,) half length and half width of the corridor [m].
-        seconds: The time [s].
+        bodies: (B, 6) one corridor's z, x, angle, velocity z, x, angular; the robot first.
+        commands: (B, 3) wanted velocity z, x and angular.
+        frames: Number of physics steps.
+        p: Parameters.
     """
-    for n in range(bodies.shape[0]):
-        for i in range(bodies.shape[1]):
-            z, x = bodies[n, i, 0], bodies[n, i, 1]
-            reach = radii[i] + seconds * _top_speed(bodies, commands, n, i) + 0.01
-            if min(edges[0] - abs(z), edges[1] - abs(x)) < reach:
+    seconds = frames * p.timestep
+    for i in range(bodies.shape[0]):
+        z, x = bodies[i, 0], bodies[i, 1]
+        radius = p.robot_radius if i == 0 else p.human_radius
+        reach = radius + seconds * _top_speed(bodies, commands, i) + 0.01
+        if min(p.half_length - abs(z), p.half_width - abs(x)) < reach:
+            return True
+        if p.jamb > 0.0 and abs(z - p.doorway_z) < reach + 0.5 * DOORWAY_WALL:
+            across, along = max(p.jamb - abs(x), 0.0), z - p.doorway_z
+            edge = reach + 0.5 * DOORWAY_WALL
+            if across * across + along * along < edge * edge:
                 return True
-            for k in range(i):
-                theirs = radii[k] + seconds * _top_speed(bodies, commands, n, k)
-                if math.hypot(bodies[n, k, 0] - z, bodies[n, k, 1] - x) < reach + theirs:
-                    return True
+        for k in range(i):
+            theirs = p.robot_radius if k == 0 else p.human_radius
+            far = reach + theirs + seconds * _top_speed(bodies, commands, k)
+            dz, dx = bodies[k, 0] - z, bodies[k, 1] - x
+            if dz * dz + dx * dx < far * far:
+                return True
     return False
 
 
 @kernel
-def _top_speed(bodies: FloatArray, commands: FloatArray, n: int, i: int) -> float:
+def _top_speed(bodies: FloatArray, commands: FloatArray, i: int) -> float:
     """The larger of a body's speeds now and to come [m/s]."""
-    now = math.hypot(bodies[n, i, 3], bodies[n, i, 4])
-    return max(now, math.hypot(commands[n, i, 0], commands[n, i, 1]))
+    now = bodies[i, 3] * bodies[i, 3] + bodies[i, 4] * bodies[i, 4]
+    then = commands[i, 0] * commands[i, 0] + commands[i, 1] * commands[i, 1]
+    return math.sqrt(max(now, then))
 
 
 @kernel
-def prepare(
+def push(command: float, velocity: float, mass: float, timestep: float) -> float:
+    """The force [N] that takes a body from its velocity to the commanded one in one step.
+
+    Forces, not velocities: pymunk moves bodies before it looks for contacts, so that a velocity
+    set from outside would press them into each other, at one physics step per env step through
+    each other. A force counts only after that, together with the contacts.
+    """
+    return mass * (command - velocity) / timestep
+
+
+@kernel
+def fly(bodies: FloatArray, commands: FloatArray, frames: int, p: PhysicsParameters) -> None:
+    """Move one corridor's bodies as pymunk moves bodies that nothing touches, to the last bit.
+
+    Args:
+        bodies: (B, 6) z, x, angle, velocity z, x, angular; changed.
+        commands: (B, 3) wanted velocity z, x and angular.
+        frames: Number of physics steps.
+        p: Parameters.
+    """
+    step = p.timestep
+    for i in range(bodies.shape[0]):
+        body, command = bodies[i], commands[i]
+        mass = p.robot_mass if i == 0 else p.human_mass
+        inverse = 1.0 / mass
+        body[5] = command[2]
+        for frame in range(frames):
+            body[0] += body[3] * step
+            body[1] += body[4] * step
+            body[2] += body[5] * step
+            if frame == 0:
+                body[3] += push(command[0], body[3], mass, step) * inverse * step
+                body[4] += push(command[1], body[4], mass, step) * inverse * step
+
+
+@kernel
+def move(
     bodies: FloatArray,
     commands: FloatArray,
-    masses: FloatArray,
-    radii: FloatArray,
-    edges: FloatArray,
     frames: int,
-    timestep: float,
-    drive: FloatArray,
+    parameters: FloatArray,
     contacts: BoolArray,
     time: FloatArray,
-) -> bool:
-    """Make ready for a step: forces, no contacts yet, the clock; see `push` and `can_touch`.
+    near: BoolArray,
+) -> int:
+    """Move the bodies of all corridors in which nobody can touch anything.
+
+    Args:
+        bodies: (N, B, 6) z, x, angle, velocity z, x, angular; changed where nobody is near.
+        commands: (N, B, 3) wanted velocity z, x and angular.
+        frames: Number of physics steps.
+        parameters: Row of PhysicsParameters.
+        contacts: (N, 2) written: none.
+        time: (N,) seconds since the episode's start; updated.
+        near: (N,) written: contacts are possible, pymunk must move this corridor.
 
     Returns:
-        Whether anybody can touch anything within the step.
+        How many corridors are left to pymunk.
     """
-    push(bodies, commands, masses, timestep, drive)
-    contacts[:] = False
-    time += frames * timestep
-    return can_touch(bodies, commands, radii, edges, frames * timestep)
+    p = physics_from(parameters)
+    left = 0
+    for n in range(bodies.shape[0]):
+        contacts[n, 0] = contacts[n, 1] = False
+        time[n] += frames * p.timestep
+        near[n] = can_touch(bodies[n], commands[n], frames, p)
+        if near[n]:
+            left += 1
+        else:
+            fly(bodies[n], commands[n], frames, p)
+    return left
 
 
 class Physics:
-    """Moves the bodies of N corridors that lie side by side in one Space.
+    """Moves the bodies of N corridors.
 
-    Along the Space's x axis runs the corridor's z, along its y axis the corridor's x. A single
-    corridor has offset 0, so nothing is rounded on the way in and out.
+    All that a step depends on is in the arrays handed in: one pymunk Space with one corridor's
+    bodies serves every corridor in turn and keeps nothing from one call to the next. Hence a
+    corridor moves in the same way, to the last bit, alone or among thousands, and in any process.
+    The Space's x axis is the corridor's z, its y axis the corridor's x.
 
     Attributes:
         commands: (N, 1 + H, 3) velocity z, x and angular that the next step shall bring about.
@@ -132,59 +197,52 @@ class Physics:
             count: Number of corridors.
         """
         self._config = config
-        self._timestep = config.timestep
-        self._offsets = np.arange(count) * (2.0 * config.half_width + GAP + 4.0 * WALL)
+        self._parameters = np.array(physics_parameters(config))
+        self._near = np.zeros(count, dtype=np.bool_)
+        self.commands = np.zeros((count, 1 + config.num_humans, 3))
         self._space = pymunk.Space()
-        self._space.use_spatial_hash(CELL, CELLS_PER_CORRIDOR * count)
+        self._space.use_spatial_hash(CELL, CELLS)
         self._space.collision_slop = 0.001
         self._space.collision_persistence = 1
-        self._bodies = [self._add_corridor(offset) for offset in self._offsets]
-        self._place_of = {
-            body.id: (n, slot)
-            for n, bodies in enumerate(self._bodies)
-            for slot, body in enumerate(bodies)
-        }
-        per_corridor = 1 + config.num_humans
-        moving = count * per_corridor
-        state, self._drive = np.zeros((moving + 2, 6)), np.zeros((moving + 2, 3))
-        self._read_state = Transfer(self._space, _STATE, state).read
-        self._write_drive = Transfer(self._space, _DRIVE, self._drive).write
-        self._moved = state[:moving].reshape(count, per_corridor, 6)
+        self._add_walls()
+        bodies = self._add_bodies()
+        self._slots = {body.id: slot for slot, body in enumerate(bodies)}
+        self._masses = np.array([[body.mass] for body in bodies])
+        rows = np.zeros((len(bodies) + 2, 8))
+        self._rows = rows[: len(bodies)]
+        self._transfer = Transfer(self._space, _FIELDS, rows)
+        self._contacts = Contacts(self._space)
         self._advance = stepper(self._space)
-        self._contact_buffer = batch.Buffer()
-        self._masses = np.array([config.robot_mass] + [config.human_mass] * config.num_humans)
-        self._radii = np.array([config.robot_radius] + [config.human_radius] * config.num_humans)
-        self._edges = np.array([config.half_length, config.half_width])
-        self.commands = np.zeros((count, per_corridor, 3))
 
-    def _add_corridor(self, offset: float) -> list[pymunk.Body]:
-        """Add one corridor's walls and bodies; return the bodies, the robot first."""
+    def __reduce__(self) -> tuple[type[Physics], tuple[CorridorConfig, int]]:
+        """Nothing but the sizes: a copy is built anew."""
+        return Physics, (self._config, len(self.commands))
+
+    def _add_walls(self) -> None:
+        """Add the outer walls, and the wall around a doorway."""
         config, space = self._config, self._space
         z, x = config.half_length + WALL, config.half_width + WALL
-        corners = [(-z, offset - x), (z, offset - x), (z, offset + x), (-z, offset + x)]
-        for start, end in zip(corners, corners[1:] + corners[:1], strict=True):
-            space.add(pymunk.Segment(space.static_body, start, end, WALL))
+        corners = [(-z, -x), (z, -x), (z, x), (-z, x)]
+        walls = [(*ends, WALL) for ends in zip(corners, corners[1:] + corners[:1], strict=True)]
+        if config.doorway_width > 0.0:
+            at = config.doorway_z
+            for side in (-1.0, 1.0):
+                ends = (at, side * config.jamb), (at, side * x)
+                walls.append((*ends, 0.5 * DOORWAY_WALL))
+        for start, end, radius in walls:
+            space.add(pymunk.Segment(space.static_body, start, end, radius))
+
+    def _add_bodies(self) -> list[pymunk.Body]:
+        """Add the bodies, the robot first."""
+        config = self._config
         sizes = [(config.robot_mass, config.robot_radius)]
         sizes += [(config.human_mass, config.human_radius)] * config.num_humans
         bodies = []
         for mass, radius in sizes:
             body = pymunk.Body(mass, float("inf"))  # discs: contacts push, they do not turn
-            space.add(body, pymunk.Circle(body, radius))
+            self._space.add(body, pymunk.Circle(body, radius))
             bodies.append(body)
         return bodies
-
-    def place(self, n: int, bodies: FloatArray) -> None:
-        """Put the bodies of corridor `n` where they are said to be.
-
-        Args:
-            n: The corridor.
-            bodies: (1 + H, 6) z, x, angle, velocity z, x, angular.
-        """
-        for body, row in zip(self._bodies[n], bodies.tolist(), strict=True):
-            body.position = row[0], row[1] + self._offsets[n]
-            body.angle = row[2]
-            body.velocity = row[3], row[4]
-            body.angular_velocity = row[5]
 
     def step(self, frames: int, bodies: FloatArray, contacts: BoolArray, time: FloatArray) -> None:
         """Drive the bodies to the commanded velocities in `frames` physics steps.
@@ -197,43 +255,31 @@ class Physics:
             contacts: (N, 2) written: the robot touched a person, a wall.
             time: (N,) seconds since the episode's start; updated.
         """
-        timestep = self._timestep
-        near = prepare(
-            bodies,
-            self.commands,
-            self._masses,
-            self._radii,
-            self._edges,
-            frames,
-            timestep,
-            self._drive,
-            contacts,
-            time,
-        )
-        self._write_drive()
-        touching = False
-        for _ in range(frames):
-            self._advance(timestep)
-            if near:
-                touching = self._read_contacts(contacts)
-        if touching:
-            self._forget_contacts()
-        self._read_state()
-        bodies[...] = self._moved
-        if len(bodies) > 1:
-            bodies[..., 1] -= self._offsets[:, None]
+        if move(bodies, self.commands, frames, self._parameters, contacts, time, self._near):
+            for n in self._near.nonzero()[0].tolist():
+                self._resolve(frames, bodies[n], self.commands[n], contacts[n])
 
-    def _read_contacts(self, contacts: BoolArray) -> bool:
-        """Note the robots' contacts; return whether any two bodies or walls touch at all."""
-        self._contact_buffer.clear()
-        batch.get_space_arbiters(self._space, _PAIR, self._contact_buffer)
-        ids = memoryview(self._contact_buffer.int_buf()).cast("P").tolist()
-        for pair in zip(ids[::2], ids[1::2], strict=True):
-            places = [self._place_of[key] for key in pair if key in self._place_of]
-            robots = [n for n, slot in places if slot == 0]
-            if robots:
-                contacts[robots[0], 0 if len(places) == 2 else 1] = True
-        return bool(ids)
+    def _resolve(
+        self, frames: int, bodies: FloatArray, commands: FloatArray, contacts: BoolArray
+    ) -> None:
+        """Let pymunk move one corridor's bodies, who may touch each other and walls."""
+        rows, step = self._rows, self._config.timestep
+        rows[:, :5] = bodies[:, :5]
+        rows[:, 5] = commands[:, 2]
+        rows[:, 6:] = self._masses * (commands[:, :2] - bodies[:, 3:5]) / step
+        self._transfer.write()
+        touched = False
+        for _ in range(frames):
+            self._advance(step)
+            for pair in self._contacts.pairs():
+                touched = True
+                slots = sorted(self._slots.get(key, -1) for key in pair)
+                if 0 in slots:
+                    contacts[1 if -1 in slots else 0] = True
+        self._transfer.read()
+        bodies[...] = rows[:, :6]
+        if touched:
+            self._forget_contacts()
 
     def _forget_contacts(self) -> None:
         """Drop pymunk's memory of contacts, so that the state is in the arrays alone.
@@ -241,7 +287,7 @@ class Physics:
         pymunk starts a lasting contact from its last impulses. They cannot be read or set, so a
         restored corridor would differ from the one it was copied from. With
         `collision_persistence = 0` they are dropped, and contacts do not push at all: hence only
-        for one step that is too short to move anybody.
+        for one more step of a Space whose state has been read.
         """
         self._space.collision_persistence = 0
         self._advance(PURGE_TIME)

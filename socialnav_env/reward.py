@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from socialnav_env.config import CorridorConfig
+from socialnav_env.config import DOORWAY_WALL, CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, IntArray, kernel
 
 TERMS = (
@@ -37,13 +37,18 @@ class RewardParameters(NamedTuple):
     control_penalty: float
     terminate_on_goal: float
     terminate_on_collision: float
+    doorway_z: float
+    door_free: float
 
 
 def reward_parameters(config: CorridorConfig) -> RewardParameters:
     """Pick the kernels' parameters from the config."""
-    names = [name for name in RewardParameters._fields if name != "memory_steps"]
-    values = {name: getattr(config, name) for name in names}
-    return RewardParameters(memory_steps=round(config.contact_memory / config.dt), **values)
+    derived = {
+        "memory_steps": round(config.contact_memory / config.dt),
+        "door_free": config.jamb - 0.5 * DOORWAY_WALL - config.robot_radius,
+    }
+    names = [name for name in RewardParameters._fields if name not in derived]
+    return RewardParameters(**derived, **{name: getattr(config, name) for name in names})
 
 
 @kernel
@@ -65,12 +70,56 @@ def rewards_from(row: FloatArray) -> RewardParameters:
         row[12],
         row[13],
         row[14],
+        row[15],
+        row[16],
     )
 
 
 @kernel
-def remaining_way(body: FloatArray, goals: FloatArray, flags: BoolArray) -> float:
-    """Metres of the straight way that are left; minus the potential of `reward_progress`.
+def _norm(z: float, x: float) -> float:
+    """Length of a vector; `math.hypot` guards against overflow, which takes three times as long."""
+    return math.sqrt(z * z + x * x)
+
+
+@kernel
+def way(z: float, x: float, to_z: float, to_x: float, p: RewardParameters) -> float:
+    """Length [m] of the shortest way for the robot's centre, people left aside.
+
+    Straight, or through the doorway where a wall lies between; the corners of its jambs are taken
+    to be sharp, and the wall to be thin.
+
+    Args:
+        z: From here [m].
+        x: The same across [m].
+        to_z: To there [m].
+        to_x: The same across [m].
+        p: Parameters.
+    """
+    before, behind = p.doorway_z - z, to_z - p.doorway_z
+    if p.door_free > 0.0 and before * behind > 0.0:
+        crossing = x + (to_x - x) * before / (to_z - z)
+        door = min(max(crossing, -p.door_free), p.door_free)
+        return _norm(before, door - x) + _norm(behind, to_x - door)
+    return _norm(to_z - z, to_x - x)
+
+
+@kernel
+def shortest_way(body: FloatArray, goal: FloatArray, parameters: FloatArray) -> float:
+    """The length of `way` from the robot to a goal [m].
+
+    Args:
+        body: (6,) the robot.
+        goal: (2,) z, x.
+        parameters: Row of RewardParameters.
+    """
+    return way(body[0], body[1], goal[0], goal[1], rewards_from(parameters))
+
+
+@kernel
+def remaining_way(
+    body: FloatArray, goals: FloatArray, flags: BoolArray, parameters: FloatArray
+) -> float:
+    """Metres of the way that are left; minus the potential of `reward_progress`.
 
     The way leads over the intermittent goal while that one is uncollected and still ahead. A
     function of the state alone, so that the term is potential-based shaping (Ng et al. 1999, with
@@ -80,14 +129,31 @@ def remaining_way(body: FloatArray, goals: FloatArray, flags: BoolArray) -> floa
         body: (6,) the robot.
         goals: (2, 2) intermittent and end goal, z, x.
         flags: (2,) collected, reached.
+        parameters: Row of RewardParameters.
     """
     if flags[1]:
         return 0.0
+    p = rewards_from(parameters)
     z, x = body[0], body[1]
     if not flags[0] and z < goals[0, 0]:
-        first = math.hypot(goals[0, 0] - z, goals[0, 1] - x)
-        return first + math.hypot(goals[1, 0] - goals[0, 0], goals[1, 1] - goals[0, 1])
-    return math.hypot(goals[1, 0] - z, goals[1, 1] - x)
+        first = way(z, x, goals[0, 0], goals[0, 1], p)
+        return first + way(goals[0, 0], goals[0, 1], goals[1, 0], goals[1, 1], p)
+    return way(z, x, goals[1, 0], goals[1, 1], p)
+
+
+@kernel
+def effort(action: FloatArray) -> float:
+    """Sum of the squared shares of top speed and top turn rate.
+
+    Args:
+        action: (2,) of a unicycle or (3,) of a holonomic base, clipped to [-1, 1].
+    """
+    if action.shape[0] == 3:
+        moving: float = min(action[0] ** 2 + action[1] ** 2, 1.0)
+        turning: float = action[2] ** 2
+    else:
+        moving, turning = (0.5 * (action[0] + 1.0)) ** 2, action[1] ** 2
+    return moving + turning
 
 
 @kernel
@@ -124,7 +190,7 @@ def reward(
         goals: (N, 2, 2) intermittent and end goal, z, x.
         flags: (N, 2) collected, reached; updated.
         contacts: (N, 2) the robot touched a person, a wall, in this step.
-        actions: (N, 2) clipped to [-1, 1].
+        actions: (N, 2 or 3) clipped to [-1, 1].
         contact_free: (N,) steps since the last contact; updated.
         remaining: (N,) metres left before the step; updated.
         parameters: Row of RewardParameters.
@@ -138,11 +204,11 @@ def reward(
         for i in range(terms.shape[1]):
             terms[n, i] = 0.0
 
-        to_goal = math.hypot(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1])
+        to_goal = _norm(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1])
         if not flags[n, 1] and to_goal <= p.goal_radius:
             flags[n, 1] = True
             terms[n, 0] = p.goal_reward
-        to_other = math.hypot(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
+        to_other = _norm(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
         if not flags[n, 0] and to_other <= p.intermittent_radius:
             flags[n, 0] = True
             terms[n, 1] = p.intermittent_reward
@@ -156,14 +222,13 @@ def reward(
             contact_free[n] += 1
 
         for h in range(1, bodies.shape[1]):
-            centres = math.hypot(bodies[n, h, 0] - robot[0], bodies[n, h, 1] - robot[1])
+            centres = _norm(bodies[n, h, 0] - robot[0], bodies[n, h, 1] - robot[1])
             gap = centres - p.robot_radius - p.human_radius
             terms[n, 3] -= p.proximity_penalty * proximity_share(gap, p.personal_space)
 
-        left = remaining_way(robot, goals[n], flags[n])
+        left = remaining_way(robot, goals[n], flags[n], parameters)
         terms[n, 4] = p.progress_weight * (remaining[n] - left)
         remaining[n] = left
-        forward = 0.5 * (actions[n, 0] + 1.0)
-        terms[n, 5] = -p.control_penalty * (forward**2 + actions[n, 1] ** 2)
+        terms[n, 5] = -p.control_penalty * effort(actions[n])
         at_goal = p.terminate_on_goal > 0.0 and flags[n, 1]
         ended[n] = at_goal or (p.terminate_on_collision > 0.0 and collided[n])

@@ -9,8 +9,11 @@ import numpy as np
 
 from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, IntArray
-from socialnav_env.layout import NUM_WAYPOINTS, Layout
-from socialnav_env.metrics import NUM_TALLIES
+from socialnav_env.layout import Layout
+from socialnav_env.metrics import NUM_TALLIES, STALLED_SPEED
+from socialnav_env.people import PeopleParameters
+from socialnav_env.robot import action_size
+from socialnav_env.start import NUM_WAYPOINTS
 
 LONG_AGO = 1_000_000
 """`contact_free` at the start of an episode: the first contact is a collision."""
@@ -29,11 +32,13 @@ class State:
         waypoint_age: (N, H) steps since it was taken up.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
+        waits: (N, H) who stands at the waypoint until patience is out.
+        people_parameters: (N, P) rows of `people.PeopleParameters`, drawn with the episode.
         contact_free: (N,) steps since the robot's last contact.
         remaining: (N,) metres of the way that are left.
         tallies: (N, NUM_TALLIES) from which the metrics follow.
         time: (N,) seconds since the episode's start.
-        control: (N, 2) the last action.
+        control: (N, 2 or 3) the last action.
     """
 
     bodies: FloatArray
@@ -44,6 +49,8 @@ class State:
     waypoint_age: IntArray
     speeds: FloatArray
     sides: FloatArray
+    waits: BoolArray
+    people_parameters: FloatArray
     contact_free: IntArray
     remaining: FloatArray
     tallies: FloatArray
@@ -63,11 +70,13 @@ class State:
             waypoint_age=np.zeros((count, people), dtype=np.int64),
             speeds=np.zeros((count, people)),
             sides=np.zeros((count, people)),
+            waits=np.zeros((count, people), dtype=np.bool_),
+            people_parameters=np.zeros((count, len(PeopleParameters._fields))),
             contact_free=np.zeros(count, dtype=np.int64),
             remaining=np.zeros(count),
             tallies=np.zeros((count, NUM_TALLIES)),
             time=np.zeros(count),
-            control=np.zeros((count, 2)),
+            control=np.zeros((count, action_size(config))),
         )
 
     def begin(self, n: int, layout: Layout) -> None:
@@ -75,6 +84,7 @@ class State:
         self.bodies[n] = 0.0
         self.bodies[n, 0, :3] = layout.robot
         self.bodies[n, 1:, :2] = layout.people[:, :2]
+        self.bodies[n, 1:, 2] = layout.facings
         self.bodies[n, 1:, 3:5] = layout.people[:, 2:]
         self.goals[n] = layout.goals
         self.flags[n] = False
@@ -83,6 +93,7 @@ class State:
         self.waypoint_age[n] = 0
         self.speeds[n] = layout.speeds
         self.sides[n] = layout.sides
+        self.waits[n] = layout.waits
         self.contact_free[n] = LONG_AGO
         self.time[n] = 0.0
         self.control[n] = 0.0
@@ -106,18 +117,23 @@ class State:
             getattr(self, item.name)[...] = getattr(other, item.name)
 
     def scene_rows(self) -> FloatArray:
-        """(N, 9 + 4 H) what a picture needs, so that clips are stored as numbers.
+        """(N, 9 + 5 H) what a picture needs, so that clips are stored as numbers.
 
         Columns: robot x, z, heading; collected, reached; intermittent goal x, z; end goal x, z;
-        then each person's x, z and velocity x, z.
+        then each person's x, z, heading and velocity x, z. Who walks looks ahead.
         """
         count = len(self.bodies)
+        people = self.bodies[:, 1:, [1, 0, 2, 4, 3]]
+        vx, vz = people[..., 3], people[..., 4]
+        people[..., 2] = np.where(
+            np.hypot(vx, vz) >= STALLED_SPEED, np.arctan2(vx, vz), people[..., 2]
+        )
         return np.concatenate(
             [
                 self.bodies[:, 0, [1, 0, 2]],
                 self.flags,
                 self.goals[:, :, ::-1].reshape(count, 4),
-                self.bodies[:, 1:, [1, 0, 4, 3]].reshape(count, -1),
+                people.reshape(count, -1),
             ],
             axis=1,
         )

@@ -2,144 +2,330 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
 
-from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.config import CorridorConfig
+from socialnav_env.env import FRAMES_PER_SECOND, INFO
 from socialnav_env.kernels import BoolArray, FloatArray, IntArray
-from socialnav_env.metrics import METRICS
-from socialnav_env.reward import TERMS
+from socialnav_env.pictures import RENDER_MODES, Pictures
+from socialnav_env.rendering import DEFAULT_OVERLAYS, Window, tile
+from socialnav_env.robot import action_size
+from socialnav_env.snapshot import VectorSnapshot, generator_from
+from socialnav_env.variation import NO_VARIATION, Variation
+from socialnav_env.vector_checks import (
+    autoreset_mode_of,
+    checked_actions,
+    checked_count,
+    chosen_corridors,
+    drawn_corridors,
+    seeds_of,
+    time_limit,
+    variation_of,
+)
 from socialnav_env.world import World
+
+MASKS = tuple(f"_{name}" for name in INFO)
+"""The keys of `info` under which Gymnasium tells which corridors a value is of."""
+Told = tuple[FloatArray, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+"""What `step` returns."""
 
 
 class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
     """A world of N corridors that step together.
 
-    A corridor whose episode ends begins the next one in the same step (`AutoresetMode.SAME_STEP`):
-    `info["final_obs"]` and `info["final_info"]` then hold the last observations and values of the
-    finished episodes. `info` has the single env's keys, each an (N,) array.
+    It tells, to the last bit, what Gymnasium's SyncVectorEnv of N single envs tells: observations,
+    rewards, ends, and `info` with the single env's keys, each an (N,) array, beside each its mask.
+
+    What follows the end of an episode is the `autoreset_mode`, by member or by value:
+
+    - `NEXT_STEP` ("NextStep", Gymnasium's default): the corridor begins anew in the next step,
+      which ignores its action and pays 0.
+    - `SAME_STEP` ("SameStep"): it begins anew within the same step; `info["final_obs"]` and
+      `info["final_info"]` hold the last observations and values of the finished episodes.
+    - `DISABLED` ("Disabled"): it has to begin anew by `reset(options={"reset_mask": mask})` before
+      the next step.
+
+    Example:
+        >>> import gymnasium as gym
+        >>> import socialnav_env
+        >>> env = gym.make_vec("SocialCorridor-v0", num_envs=3, scenario="crowded")
+        >>> observations, info = env.reset(seed=0)
+        >>> observations.shape
+        (3, 64)
+        >>> env.step(env.action_space.sample())[1].shape
+        (3,)
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 (Gymnasium declares it an instance's)
-        "render_modes": [],
-        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "render_modes": list(RENDER_MODES),
+        "render_fps": FRAMES_PER_SECOND,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
-    def __init__(self, num_envs: int, *, max_episode_steps: int = 600, **settings: Any) -> None:
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        render_width: int = 960,
+        render_envs: Iterable[int] | None = None,
+        camera: str = "corridor",
+        overlays: Sequence[str] = DEFAULT_OVERLAYS,
+        **settings: Any,
+    ) -> None:
         """Build the corridors.
 
         Args:
             num_envs: N.
-            max_episode_steps: An episode is truncated after this many steps.
-            **settings: Fields of CorridorConfig.
+            max_episode_steps: An episode is truncated after this many steps; as in `gym.make`,
+                None is the registered 600 and -1 never.
+            autoreset_mode: What follows the end of an episode.
+            render_mode: None, "rgb_array", or "human" for a window with all pictures.
+            render_width: Width of one corridor's picture [px].
+            render_envs: Indices of the corridors to draw; the first 16 at most where None.
+            camera: One of `socialnav_env.rendering.CAMERAS`.
+            overlays: Some of `socialnav_env.rendering.OVERLAYS`.
+            **settings: `scenario` and fields of CorridorConfig.
 
         Raises:
             ConfigError: An unknown or impossible keyword.
         """
-        for name, value in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
-            if not isinstance(value, int) or value < 1:
-                raise ConfigError(f"{name}={value!r}: expected a whole number of at least 1")
+        self.num_envs = checked_count("num_envs", num_envs)
+        self.max_episode_steps = time_limit(max_episode_steps)
+        self._mode = autoreset_mode_of(autoreset_mode)
         self.config = CorridorConfig.from_keywords(**settings)
-        self.num_envs = num_envs
-        self.render_mode = None
-        self.max_episode_steps = max_episode_steps
+        self.metadata = {
+            **self.metadata,
+            "render_fps": round(1.0 / self.config.dt),
+            "autoreset_mode": self._mode,
+        }
+        self.render_mode = render_mode
+        self._pictures = Pictures(
+            self.config,
+            drawn_corridors(render_envs, num_envs),
+            render_mode=render_mode,
+            render_width=render_width,
+            camera=camera,
+            overlays=overlays,
+        )
+        self._window: Window | None = None
         self.world = World(self.config, num_envs)
         self.single_observation_space = gym.spaces.Box(
             self.world.low, self.world.high, dtype=np.float64
         )
-        self.single_action_space = gym.spaces.Box(-1.0, 1.0, (2,), dtype=np.float32)
+        size = action_size(self.config)
+        self.single_action_space = gym.spaces.Box(-1.0, 1.0, (size,), dtype=np.float32)
+        self._action_shape = (num_envs, size)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._generators: list[np.random.Generator] = []
+        self._begun = False
         self._elapsed: IntArray = np.zeros(num_envs, dtype=np.int64)
+        self._ended: BoolArray = np.zeros(num_envs, dtype=np.bool_)
+        self._variations: list[Variation] = [NO_VARIATION] * num_envs
+        self._observations: FloatArray = np.zeros((num_envs, len(self.world.low)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but the window: a copy goes on from the same moment."""
+        return {**self.__dict__, "_window": None}
+
+    # --- Gymnasium -------------------------------------------------------------------------------
 
     def reset(
-        self, *, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: Mapping[str, Any] | None = None,
     ) -> tuple[FloatArray, dict[str, Any]]:
-        """Begin an episode in every corridor.
+        """Begin an episode in every corridor, or in those that `options["reset_mask"]` chooses.
 
         Args:
-            seed: Corridor n gets seed + n, or the n-th of a list.
-            options: None are known.
+            seed: Corridor n gets seed + n, or the n-th of a list; None goes on drawing from the
+                generator that there is.
+            options: `reset_mask`, an (N,) array of bool; and what this and later episodes of the
+                chosen corridors draw anew, as for the single env. Nothing but a mask changes
+                nothing of that.
+
+        Returns:
+            The observations of all corridors, and the info of those that begin.
 
         Raises:
-            ConfigError: An unknown option, or a list of another length than N.
+            ConfigError: An unknown or impossible option, or a list of another length than N.
+            gymnasium.error.ResetNeeded: Only some corridors are chosen, and none has begun.
         """
-        if options:
-            raise ConfigError(f"unknown reset option {', '.join(sorted(options))}; none are known")
-        if seed is not None or not self._generators:
-            self._generators = [np.random.default_rng(s) for s in self._seeds(seed)]
-        for n, generator in enumerate(self._generators):
-            self.world.begin(n, generator)
-        self._elapsed[:] = 0
-        return self.world.observe(), self._info()
+        chosen = chosen_corridors(options, self.num_envs)
+        variation = variation_of(options, self.config)
+        seeds = seeds_of(seed, self.num_envs)
+        if not self._begun and len(chosen) < self.num_envs:
+            raise gym.error.ResetNeeded("reset all corridors before only some of them")
+        for n in chosen.tolist():
+            if seeds[n] is not None or not self._begun:
+                self.world.generators[n] = seeding.np_random(seeds[n])[0]
+            self._variations[n] = variation or self._variations[n]
+        self._begin(chosen)
+        self._begun = True
+        self._ended[chosen] = False
+        self._observations[chosen] = self.world.observe(chosen)
+        self._look()
+        mask = np.zeros(self.num_envs, dtype=np.bool_)
+        mask[chosen] = True
+        return self._observations.copy(), self._info(mask)
 
-    def step(
-        self, actions: FloatArray
-    ) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray, dict[str, Any]]:
+    def step(self, actions: ArrayLike) -> Told:
         """Advance every corridor by `dt`.
 
         Args:
-            actions: (N, 2) forward and turn in [-1, 1].
+            actions: (N, A) actions of the single env.
 
         Raises:
             ValueError: The actions have another shape or are not finite.
-            gymnasium.error.ResetNeeded: No episode has begun.
+            gymnasium.error.ResetNeeded: No episode has begun, or with autoreset disabled an episode
+                is over.
         """
-        if not self._generators:
-            raise gym.error.ResetNeeded("call reset() before step()")
-        actions = np.asarray(actions, dtype=np.float64)
-        if actions.shape != (self.num_envs, 2) or not np.isfinite(actions).all():
-            raise ValueError(
-                f"actions: expected finite numbers of shape ({self.num_envs}, 2), "
-                f"got shape {actions.shape}"
-            )
-        observations = self.world.step(actions)
+        self._check_ready()
+        self.world.act(checked_actions(actions, self._action_shape))
         self._elapsed += 1
-        info = self._info()
+        if self._mode is AutoresetMode.NEXT_STEP:
+            self._begin(np.flatnonzero(self._ended))
         rewards: FloatArray = self.world.terms.sum(axis=1)
         terminated = self.world.ended.copy()
-        truncated = (self._elapsed >= self.max_episode_steps) & ~terminated
-        ended = terminated | truncated
-        if ended.any():
-            final = {name: values.copy() for name, values in info.items()}
-            info["final_obs"], info["_final_obs"] = observations.copy(), ended
-            info["final_info"] = final
-            info["_final_info"] = ended
-            for n in np.flatnonzero(ended):
-                self.world.begin(int(n), self._generators[n])
-            self._elapsed[ended] = 0
-            observations = self.world.observe()
+        truncated = self._elapsed >= self.max_episode_steps
+        self._ended = terminated | truncated
+        observations = self.world.observe()
+        info: dict[str, Any] = {}
+        if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
+            info = self._final(observations)
+            over = np.flatnonzero(self._ended)
+            self._begin(over)
+            observations[over] = self.world.observe(over)
+        self._observations[...] = observations
+        self._look()
+        info |= self._info(np.ones(self.num_envs, dtype=np.bool_))
         return observations, rewards, terminated, truncated, info
 
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Draw the present moment.
+
+        Returns:
+            An (h, w, 3) picture for each of `render_envs`; None where a window shows them.
+        """
+        if self.render_mode is None:
+            gym.logger.warn(
+                "render() needs a render_mode: gym.make_vec(..., render_mode='rgb_array')"
+            )
+            return None
+        if self.render_mode == "rgb_array":
+            return self._pictures.frames(self.world)
+        self._window = self._window or Window()
+        self._window.show(self.render_tiled(), self.metadata["render_fps"])
+        return None
+
+    def render_tiled(self) -> NDArray[np.uint8]:
+        """(h, w, 3) the pictures of all `render_envs` side by side."""
+        return tile(self._pictures.frames(self.world))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window, if one is open."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+    # --- exact states ----------------------------------------------------------------------------
+
     def state_rows(self) -> FloatArray:
-        """(N, 9 + 4 H) what pictures of the present moment need (`State.scene_rows`)."""
+        """(N, 9 + 5 H) what pictures of the present moment need (`State.scene_rows`)."""
         return self.world.state.scene_rows()
 
-    def _seeds(self, seed: int | list[int] | None) -> list[int | None]:
-        """One seed a corridor."""
-        if seed is None:
-            return [None] * self.num_envs
-        if isinstance(seed, int | np.integer):
-            return [int(seed) + n for n in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise ConfigError(f"seed: expected {self.num_envs} seeds, got {len(seed)}")
-        return list(seed)
+    def get_snapshot(self) -> VectorSnapshot:
+        """The present moment of all corridors, to go on from exactly.
 
-    def _info(self) -> dict[str, Any]:
-        """The single env's keys, each an (N,) array."""
+        Raises:
+            gymnasium.error.ResetNeeded: No episode has begun.
+        """
+        if not self._begun:
+            raise gym.error.ResetNeeded("call reset() before get_snapshot()")
+        return VectorSnapshot(
+            state=self.world.state.copy(),
+            terms=self.world.terms.copy(),
+            forces=self.world.forces.copy(),
+            generators=tuple(rng.bit_generator.state for rng in self.world.generators),
+            variations=tuple(self._variations),
+            trails=self._pictures.trails(),
+            elapsed=self._elapsed.copy(),
+            ended=self._ended.copy(),
+            observations=self._observations.copy(),
+        )
+
+    def set_snapshot(self, snapshot: VectorSnapshot) -> None:
+        """Go on from a snapshot: the same actions then give bit-identical results.
+
+        Raises:
+            ValueError: The snapshot is of another number of corridors or people.
+        """
+        self.world.restore(snapshot.state)
+        self.world.terms[...], self.world.forces[...] = snapshot.terms, snapshot.forces
+        self.world.generators[:] = map(generator_from, snapshot.generators)
+        self._variations = list(snapshot.variations)
+        self._pictures.resume(snapshot.trails, self.world)
+        self._elapsed = snapshot.elapsed.copy()
+        self._ended = snapshot.ended.copy()
+        self._observations = snapshot.observations.copy()
+        self._begun = True
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _begin(self, chosen: IntArray) -> None:
+        """Begin an episode in the chosen corridors."""
+        for n in chosen.tolist():
+            self.world.begin(n, self.world.generators[n], self._variations[n])
+        self._elapsed[chosen] = 0
+        self._pictures.forget(chosen.tolist())
+
+    def _look(self) -> None:
+        """Keep the trails up to date, and the window."""
+        self._pictures.follow(self.world)
+        if self.render_mode == "human":
+            self.render()
+
+    def _info(self, mask: BoolArray) -> dict[str, Any]:
+        """The single env's keys, each an (N,) array that is 0 outside the mask, and their masks."""
         world = self.world
         z, x, _, vz, vx, _ = world.state.bodies[:, 0].T.copy()
+        motion = x, z, vx, vz, world.collided.copy()
+        values = (*world.terms.T.copy(), *motion, *world.metrics.T.copy())
+        if not mask.all():
+            for value in values:
+                value[~mask] = 0
+        return {**dict(zip(INFO, values, strict=True)), **dict.fromkeys(MASKS, mask)}
+
+    def _final(self, observations: FloatArray) -> dict[str, Any]:
+        """What SyncVectorEnv tells of episodes that are over, under its keys."""
+        ended = self._ended.copy()
+        final = np.full(self.num_envs, None, dtype=object)
+        for n in np.flatnonzero(ended).tolist():
+            final[n] = observations[n].copy()
         return {
-            **dict(zip(TERMS, world.terms.T.copy(), strict=True)),
-            "x_position": x,
-            "z_position": z,
-            "x_velocity": vx,
-            "z_velocity": vz,
-            "collision": world.collided.copy(),
-            **dict(zip(METRICS, world.metrics.T.copy(), strict=True)),
+            "final_obs": final,
+            "_final_obs": ended,
+            "final_info": self._info(ended),
+            "_final_info": ended,
         }
+
+    def _check_ready(self) -> None:
+        """Raise ResetNeeded unless every corridor can take a step."""
+        if not self._begun:
+            raise gym.error.ResetNeeded("call reset() before step()")
+        if self._mode is AutoresetMode.DISABLED and self._ended.any():
+            raise gym.error.ResetNeeded(
+                f"the episodes of corridors {np.flatnonzero(self._ended).tolist()} are over; call "
+                "reset(options={'reset_mask': terminated | truncated}) before step()"
+            )

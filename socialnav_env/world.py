@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from socialnav_env.config import CorridorConfig
-from socialnav_env.kernels import FloatArray
+from socialnav_env.kernels import FloatArray, IntArray
 from socialnav_env.layout import draw_layout
 from socialnav_env.metrics import (
     LAST_ANGLE,
@@ -21,12 +21,18 @@ from socialnav_env.metrics import (
     start_tallies,
     summarise,
 )
-from socialnav_env.observation import observation_bounds, observation_parameters, observe
+from socialnav_env.observation import (
+    add_noise,
+    observation_bounds,
+    observation_parameters,
+    observe,
+)
 from socialnav_env.people import people_parameters, walk
 from socialnav_env.physics import Physics
-from socialnav_env.reward import TERMS, remaining_way, reward, reward_parameters
+from socialnav_env.reward import TERMS, remaining_way, reward, reward_parameters, shortest_way
 from socialnav_env.robot import drive
 from socialnav_env.state import State
+from socialnav_env.variation import NO_VARIATION, Variation
 
 
 class World:
@@ -41,6 +47,8 @@ class World:
         contacts: (N, 2) the robot touched a person, a wall, in the last step.
         collided: (N,) a collision happened in the last step.
         ended: (N,) the episode ended in the last step, by goal or collision.
+        forces: (N, H, 2) social force on each person in the last step, z and x [m/s^2].
+        generators: Each corridor's generator since its episode began: the sensor noise's source.
         low: (n,) bounds of the observation.
         high: (n,) bounds of the observation.
     """
@@ -55,8 +63,11 @@ class World:
         self.contacts = np.zeros((count, 2), dtype=np.bool_)
         self.collided = np.zeros(count, dtype=np.bool_)
         self.ended = np.zeros(count, dtype=np.bool_)
+        self.forces = np.zeros((count, config.num_humans, 2))
+        self.generators = [np.random.default_rng(0)] * count
         self.low, self.high = observation_bounds(config)
         self._physics = Physics(config, count)
+        self._noisy = config.ray_noise > 0.0 or config.tracking_noise > 0.0
         # A call of a kernel costs more time than its arithmetic, and the less the fewer its
         # arguments: hence rows of numbers, and `step` calls each kernel once.
         self._people = np.array(people_parameters(config))
@@ -64,18 +75,28 @@ class World:
         self._reward = np.array(reward_parameters(config))
         self._metrics = np.array(metric_parameters(config))
 
-    def begin(self, n: int, rng: np.random.Generator) -> None:
+    def begin(self, n: int, rng: np.random.Generator, variation: Variation = NO_VARIATION) -> None:
         """Begin an episode in corridor `n`.
+
+        Args:
+            n: The corridor.
+            rng: Draws the start, and the sensor noise of the whole episode.
+            variation: What this episode draws anew.
 
         Raises:
             ConfigError: The corridor is too small for its people.
         """
-        state = self.state
-        state.begin(n, draw_layout(self.config, rng))
-        state.remaining[n] = remaining_way(state.bodies[n, 0], state.goals[n], state.flags[n])
-        start_tallies(state.bodies[n, 0], state.goals[n, 1], self._metrics, state.tallies[n])
-        self._physics.place(n, state.bodies[n])
-        self.terms[n] = 0.0
+        state, config = self.state, variation.draw(self.config, rng)
+        state.begin(n, draw_layout(config, rng))
+        state.people_parameters[n] = (
+            self._people if config is self.config else people_parameters(config)
+        )
+        self.generators[n] = rng
+        robot, goals = state.bodies[n, 0], state.goals[n]
+        state.remaining[n] = remaining_way(robot, goals, state.flags[n], self._reward)
+        way = shortest_way(robot, goals[1], self._reward)
+        start_tallies(robot, way, self._metrics, state.tallies[n])
+        self.terms[n] = self.forces[n] = 0.0
         self.contacts[n] = self.collided[n] = self.ended[n] = False
         one = slice(n, n + 1)
         summarise(state.tallies[one], state.flags[one], self._metrics, self.metrics[one])
@@ -84,14 +105,18 @@ class World:
         """Advance all corridors by one env step and score it.
 
         Args:
-            actions: (N, 2) forward and turn; clipped to [-1, 1].
+            actions: (N, 2) forward and turn, or (N, 3) ahead, left and turn; clipped to [-1, 1].
 
         Returns:
             (N, n) a fresh array of observations.
         """
+        self.act(actions)
+        return self.observe()
+
+    def act(self, actions: FloatArray) -> None:
+        """Advance and score as `step` does, without observing."""
         self.simulate(actions, self.config.frame_skip)
         self._score()
-        return self.observe()
 
     def simulate(self, actions: FloatArray, frames: int) -> None:
         """Let robots act and people walk for `frames` physics steps."""
@@ -111,8 +136,10 @@ class World:
             state.waypoint_age,
             state.speeds,
             state.sides,
-            self._people,
+            state.waits,
+            state.people_parameters,
             commands,
+            self.forces,
         )
         self._physics.step(frames, state.bodies, self.contacts, state.time)
 
@@ -137,11 +164,24 @@ class World:
         )
         summarise(state.tallies, state.flags, self._metrics, self.metrics)
 
-    def observe(self) -> FloatArray:
-        """(N, n) a fresh array of observations."""
-        out = np.empty((self.count, len(self.low)))
+    def observe(self, chosen: IntArray | None = None) -> FloatArray:
+        """Look around; with sensor noise every look is another one.
+
+        Args:
+            chosen: Indices of the corridors meant; all where None.
+
+        Returns:
+            (len(chosen), n) a fresh array of observations.
+        """
         state = self.state
-        observe(state.bodies, state.goals, state.flags, self.low, self.high, self._observation, out)
+        bodies, goals, flags = state.bodies, state.goals, state.flags
+        if chosen is not None:
+            bodies, goals, flags = bodies[chosen], goals[chosen], flags[chosen]
+        out = np.empty((len(bodies), len(self.low)))
+        observe(bodies, goals, flags, self.low, self.high, self._observation, out)
+        if self._noisy:
+            for row, n in zip(out, range(self.count) if chosen is None else chosen, strict=True):
+                add_noise(row, self.config, self.low, self.high, self.generators[n])
         return out
 
     def place(self, n: int, bodies: FloatArray) -> None:
@@ -153,9 +193,9 @@ class World:
         """
         state = self.state
         state.bodies[n] = bodies
-        self._physics.place(n, bodies)
         # A jump is no progress and no path.
-        state.remaining[n] = remaining_way(state.bodies[n, 0], state.goals[n], state.flags[n])
+        robot = state.bodies[n, 0]
+        state.remaining[n] = remaining_way(robot, state.goals[n], state.flags[n], self._reward)
         tally = state.tallies[n]
         tally[[LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX]] = bodies[0, :5]
         tally[[LAST_AZ, LAST_AX]] = 0.0
@@ -167,5 +207,4 @@ class World:
             ValueError: The state is for another number of corridors or people.
         """
         self.state.assign(state)
-        for n in range(self.count):
-            self._physics.place(n, state.bodies[n])
+        summarise(self.state.tallies, self.state.flags, self._metrics, self.metrics)

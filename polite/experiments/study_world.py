@@ -16,7 +16,7 @@ from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rollouts import collect
 from polite.types import Trajectory
 from socialnav_env import CorridorConfig, SocialCorridorEnv
-from socialnav_env.layout import PAPER_ANCHORS
+from socialnav_env.start import PAPER_ANCHORS
 
 ENV_ID = "SocialCorridor-v0"
 FLOOR_PEOPLE = ((1.2, PAPER_ANCHORS[0]), (-1.2, PAPER_ANCHORS[1]), (1.2, PAPER_ANCHORS[2]))

@@ -1,0 +1,99 @@
+"""Figures as small pictures with smooth edges, made once for each heading and sub-pixel place.
+
+They are rasterised larger than needed and then shrunk.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pygame
+
+from socialnav_env.camera import View
+from socialnav_env.drawing import Figure, Picture
+
+TURNS = 120
+"""Headings that a sprite is drawn at: one every 3 degrees."""
+CLOSE = 40.0
+"""From this scale on sprites lie on whole pixels [px/m]; below, on half pixels."""
+SMALL = 52.0
+"""Reach of the largest figures of which many are kept [px]."""
+
+Stamp = tuple[pygame.Surface, tuple[int, int]]
+"""A sprite and the column and row of its top left corner."""
+
+
+def stamp(figure: Figure, x: float, z: float, heading: float, view: View) -> Iterator[Stamp]:
+    """The sprite of a figure and its place, to half a pixel; none if it is out of the picture."""
+    column, row = view.place(x, z)
+    if not view.near(column, row):
+        return
+    turn = round(math.remainder(heading, math.tau) * TURNS / math.tau) % TURNS
+    if view.scale < CLOSE:
+        half_columns, half_rows = round(2 * column), round(2 * row)
+    else:
+        half_columns, half_rows = 2 * round(column), 2 * round(row)
+    kept = _many if figure.extent * view.scale < SMALL else _few
+    image = kept(figure, view.scale, turn, half_columns % 2, half_rows % 2)
+    reach = image.get_width() // 2
+    yield image, (half_columns // 2 - reach, half_rows // 2 - reach)
+
+
+def forget_sprites() -> None:
+    """Give back the memory of all sprites; they are made again when they are needed."""
+    for cache in (_many, _few, _image):
+        cache.cache_clear()
+
+
+def _sprite(
+    figure: Figure, scale: float, turn: int, half_column: int, half_row: int
+) -> pygame.Surface:
+    """A figure at a scale [px/m], a heading, and half a pixel to the right or down.
+
+    Its opacity is multiplied into its colours: only so do shrinking and blending leave no dark
+    or bright fringe around it.
+    """
+    reach = math.ceil(figure.extent * scale) + 1
+    size = 2 * reach + 1
+    fine = min(6, max(3, 128 // size))
+    large = pygame.Surface((size * fine, size * fine), pygame.SRCALPHA, 32)
+    centre = reach + 0.5 * np.array([half_column, half_row])
+    angle = math.tau * turn / TURNS
+    cosine, sine = math.cos(angle), math.sin(angle)
+    # (forward, left) to (right, down)
+    turned = scale * np.array([[cosine, -sine], [-sine, -cosine]])
+    for shape in figure.shapes:
+        corners = fine * (centre + shape.points @ turned.T) - 0.5
+        pygame.draw.polygon(large, shape.colour, np.round(corners).tolist())
+    large = large.premul_alpha()
+    if figure.picture is not None:
+        image = _image(figure.picture, max(1, round(2 * figure.picture.reach * scale * fine)))
+        image = pygame.transform.rotozoom(image, math.degrees(angle), 1.0)
+        place = image.get_rect(center=tuple(np.round(fine * centre).tolist()))
+        large.blit(image, place, special_flags=pygame.BLEND_PREMULTIPLIED)
+    return pygame.transform.smoothscale(large, (size, size))
+
+
+# So that neither a long episode in small pictures draws sprites again and again, nor large
+# pictures fill the memory.
+_many = lru_cache(maxsize=6000)(_sprite)
+_few = lru_cache(maxsize=200)(_sprite)
+
+
+@lru_cache(maxsize=256)
+def _image(picture: Picture, side: int) -> pygame.Surface:
+    """A drawing from the assets, looking right, as a square of so many pixels."""
+    path = sprite_folder() / f"{picture.name}.svg"
+    image = pygame.image.load_sized_svg(path, (side, side)).premul_alpha()
+    return pygame.transform.flip(image, False, picture.mirrored)
+
+
+def sprite_folder() -> Path:
+    """Where the drawings lie: in the installed package, or in the checkout beside it."""
+    package = Path(__file__).parents[1]
+    installed = package / "assets" / "sprites"
+    return installed if installed.is_dir() else package.parent / "assets" / "sprites"
