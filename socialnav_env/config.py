@@ -31,7 +31,7 @@ def _number(default: float, low: float, high: float, *, varies: bool = False) ->
 
 def _count(default: int, low: int, high: int) -> Any:
     """A field that holds a whole number in [low, high]."""
-    return field(default=default, metadata={"low": low, "high": high, "whole": True})
+    return field(default=default, metadata={"low": low, "high": high, "whole": True, "varies": False})
 
 
 def _choice(default: str, *others: str, varies: bool = False) -> Any:
@@ -126,8 +126,8 @@ class CorridorConfig:
     human_roam: float = _number(1.5, 0.0, 30.0, varies=True)
     """How far along z waypoints of who crosses lie from the anchor drawn for the episode [m]."""
     human_patience: float = _number(8.0, 0.5, 600.0, varies=True)
-    """A person who has not reached a waypoint after this long turns to the next one, and a queue
-    moves up this often [s]."""
+    """A person who has been held up for this long turns to the next waypoint, and a queue moves up
+    this often [s]."""
     relaxation_time: float = _number(0.5, 0.05, 5.0, varies=True)
     """tau: the time in which a person takes up the wanted velocity [s]."""
     human_force: float = _number(2.1, 0.0, 50.0, varies=True)

@@ -66,7 +66,7 @@ class Figure:
     @cached_property
     def extent(self) -> float:
         """Radius of the smallest disc around the figure's origin that holds it [m]."""
-        corners = [np.hypot(*shape.points.T).max() for shape in self.shapes]
+        corners = [float(np.hypot(*shape.points.T).max()) for shape in self.shapes]
         return max(*corners, self.picture.reach if self.picture else 0.0)
 
 

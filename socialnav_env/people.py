@@ -15,7 +15,9 @@ from socialnav_env.kernels import BoolArray, FloatArray, IntArray, kernel
 ARRIVAL = 0.5
 """A waypoint is reached at this distance [m]; who waits there slows down from here on."""
 CUTOFF = 25.0
-"""A repulsion is left out beyond so many of its ranges, where it is below 1e-8 m/s^2."""
+"""A repulsion is left out beyond so many of its ranges, where it is e^-25 of that in contact."""
+HEADWAY = 0.5
+"""Patience is lost in steps that bring a person forward at less than this share of its speed."""
 BEYOND_DOOR = 0.5
 """Whoever wants to the other side aims at a point this far behind the doorway [m]."""
 OUT_OF_SIGHT_WEIGHT = 0.5
@@ -168,6 +170,22 @@ def aim(z: float, x: float, to_z: float, to_x: float, p: PeopleParameters) -> tu
 
 
 @kernel
+def towards(z: float, x: float, point: FloatArray, p: PeopleParameters) -> tuple[float, ...]:
+    """The unit vector (z, x) of the way to a waypoint, and the distance [m] to what is aimed at.
+
+    Args:
+        z: The person [m].
+        x: The same across [m].
+        point: (2,) the waypoint, z, x.
+        p: Parameters.
+    """
+    aim_z, aim_x = aim(z, x, point[0], point[1], p)
+    to_z, to_x = aim_z - z, aim_x - x
+    length = max(math.sqrt(to_z * to_z + to_x * to_x), 1e-9)
+    return to_z / length, to_x / length, length
+
+
+@kernel
 def social_force(
     bodies: FloatArray, h: int, ez: float, ex: float, side: float, p: PeopleParameters
 ) -> tuple[float, float]:
@@ -193,9 +211,12 @@ def social_force(
         dx = x - bodies[other, 1]
         distance = math.sqrt(dz * dz + dx * dx)
         reach = p.human_radius + (p.robot_radius if other == 0 else p.human_radius)
-        if distance - reach > CUTOFF * p.human_force_range:
+        vz, vx = bodies[other, 3], bodies[other, 4]
+        far = distance - reach - CUTOFF * p.human_force_range
+        # a step aside is as far as the distance less the stride at least: b >= |r| - |v dt|
+        if far > 0.0 and far > p.human_foresight * math.sqrt(vz * vz + vx * vx):
             continue
-        fz, fx = repulsion(dz, dx, bodies[other, 3], bodies[other, 4], reach, p)
+        fz, fx = repulsion(dz, dx, vz, vx, reach, p)
         seen = -(ez * dz + ex * dx) >= distance * p.sight_cosine
         weight = 1.0 if seen else OUT_OF_SIGHT_WEIGHT
         az += weight * (cos * fz - sin * fx)
@@ -218,13 +239,14 @@ def walk(
 ) -> None:
     """Write every person's next velocity and move on to the next waypoint where it is time.
 
-    It is time when a waypoint is reached or patience is out; who waits there only counts time.
+    It is time when a waypoint is reached or patience is out. Walking people lose patience while
+    they are held up, so that a long way can be walked to its end; who waits there counts all time.
 
     Args:
         bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
         waypoints: (N, H, K, 2) z, x.
         waypoint: (N, H) index of the current waypoint; changed here.
-        waypoint_age: (N, H) steps since it was taken up; changed here.
+        waypoint_age: (N, H) steps of patience that it has cost; changed here.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
         waits: (N, H) who stands at the waypoint until patience is out.
@@ -241,15 +263,13 @@ def walk(
             point = waypoints[n, h, waypoint[n, h]]
             to_z, to_x = point[0] - z, point[1] - x
             here = math.sqrt(to_z * to_z + to_x * to_x) < ARRIVAL and not waits[n, h]
-            waypoint_age[n, h] += 1
+            ez, ex, length = towards(z, x, point, p)
+            if waits[n, h] or vz * ez + vx * ex < HEADWAY * speeds[n, h]:
+                waypoint_age[n, h] += 1
             if here or waypoint_age[n, h] > p.patience_steps:
                 waypoint[n, h] = (waypoint[n, h] + 1) % waypoints.shape[2]
                 waypoint_age[n, h] = 0
-                point = waypoints[n, h, waypoint[n, h]]
-            aim_z, aim_x = aim(z, x, point[0], point[1], p)
-            to_z, to_x = aim_z - z, aim_x - x
-            length = max(math.sqrt(to_z * to_z + to_x * to_x), 1e-9)
-            ez, ex = to_z / length, to_x / length
+                ez, ex, length = towards(z, x, waypoints[n, h, waypoint[n, h]], p)
             wanted = speeds[n, h] * (min(length / ARRIVAL, 1.0) if waits[n, h] else 1.0)
 
             fz, fx = social_force(bodies[n], h + 1, ez, ex, sides[n, h], p)

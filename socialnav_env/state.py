@@ -29,7 +29,7 @@ class State:
         flags: (N, 2) collected, reached.
         waypoints: (N, H, K, 2) where each person walks in turn.
         waypoint: (N, H) index of the current waypoint.
-        waypoint_age: (N, H) steps since it was taken up.
+        waypoint_age: (N, H) steps of patience that it has cost.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
         waits: (N, H) who stands at the waypoint until patience is out.

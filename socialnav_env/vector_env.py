@@ -18,7 +18,7 @@ from socialnav_env.kernels import BoolArray, FloatArray, IntArray
 from socialnav_env.pictures import RENDER_MODES, Pictures
 from socialnav_env.rendering import DEFAULT_OVERLAYS, Window, tile
 from socialnav_env.robot import action_size
-from socialnav_env.snapshot import VectorSnapshot, generator_from
+from socialnav_env.snapshot import Snapshot, VectorSnapshot, generator_from
 from socialnav_env.variation import NO_VARIATION, Variation
 from socialnav_env.vector_checks import (
     autoreset_mode_of,
@@ -265,12 +265,15 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
             observations=self._observations.copy(),
         )
 
-    def set_snapshot(self, snapshot: VectorSnapshot) -> None:
+    def set_snapshot(self, snapshot: Snapshot) -> None:
         """Go on from a snapshot: the same actions then give bit-identical results.
 
         Raises:
-            ValueError: The snapshot is of another number of corridors or people.
+            ValueError: The snapshot is of a single env, or of another number of corridors or
+                people.
         """
+        if not isinstance(snapshot, VectorSnapshot):
+            raise ValueError(f"expected a VectorSnapshot, got a {type(snapshot).__name__}")
         self.world.restore(snapshot.state)
         self.world.terms[...], self.world.forces[...] = snapshot.terms, snapshot.forces
         self.world.generators[:] = map(generator_from, snapshot.generators)

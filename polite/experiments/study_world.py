@@ -31,7 +31,7 @@ the end goal: a robot that began beyond it would only meet the wall there."""
 FLAGS = slice(3, 5)
 """Columns of a state's row that tell what has been collected and reached."""
 GOALS = (slice(5, 7), slice(7, 9))
-"""Columns of the intermittent and the end goal, x and z; the people follow, four columns each."""
+"""Columns of the intermittent and the end goal, x and z; the people follow, five columns each."""
 
 
 def people_of(
@@ -43,9 +43,9 @@ def people_of(
         states: (..., k) rows of `socialnav_env.state.State.scene_rows`.
 
     Returns:
-        (..., H, 4) x, z and velocity x, z; and (..., H) distances [m].
+        (..., H, 5) x, z, heading and velocity x, z; and (..., H) distances [m].
     """
-    people = states[..., GOALS[1].stop :].reshape(*states.shape[:-1], -1, 4)
+    people = states[..., GOALS[1].stop :].reshape(*states.shape[:-1], -1, 5)
     return people, np.linalg.norm(people[..., :2] - states[..., None, :2], axis=-1)
 
 

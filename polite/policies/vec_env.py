@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
@@ -18,6 +20,9 @@ from polite.types import NotFiniteError, PoliteError
 
 class GymnasiumVecEnv(VecEnv):
     """Steps a vector env that resets ended episodes within the same step.
+
+    What the vector env gives is passed on as it is: it owns its arrays only until it returns them,
+    so no copy is needed.
 
     Attributes:
         vector_env: The env beneath.
@@ -30,7 +35,16 @@ class GymnasiumVecEnv(VecEnv):
         Args:
             vector_env: One with `AutoresetMode.SAME_STEP`.
             seed: Seeds the first reset; env n gets seed + n.
+
+        Raises:
+            PoliteError: The vector env resets at another time.
         """
+        mode = vector_env.metadata.get("autoreset_mode")
+        if mode is not AutoresetMode.SAME_STEP:
+            raise PoliteError(
+                f"{vector_env}: expected autoreset_mode={AutoresetMode.SAME_STEP}, got {mode}; "
+                "make it with that keyword"
+            )
         self.vector_env = vector_env  # first: stable-baselines3 asks for its render_mode
         super().__init__(
             vector_env.num_envs, vector_env.single_observation_space, vector_env.single_action_space
@@ -54,7 +68,8 @@ class GymnasiumVecEnv(VecEnv):
 
         Returns:
             (N, n) observations, (N,) rewards, (N,) whether an episode ended, and for each env a
-            dict, which has `terminal_observation` and `TimeLimit.truncated` where one did.
+            dict. Where one did it has `terminal_observation`, `TimeLimit.truncated` and the last
+            values of `info`, elsewhere nothing: those of all envs are in `last_info`.
 
         Raises:
             NotFiniteError: The env gave NaN or infinity.
@@ -67,7 +82,8 @@ class GymnasiumVecEnv(VecEnv):
         self.last_info = info
         ended = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for n in np.flatnonzero(ended):
+        for n in np.flatnonzero(ended).tolist():
+            infos[n] = _values_of(info.get("final_info", {}), n)
             infos[n]["terminal_observation"] = info["final_obs"][n]
             infos[n]["TimeLimit.truncated"] = bool(truncated[n] and not terminated[n])
         return np.asarray(observations), np.asarray(rewards, np.float32), ended, infos
@@ -99,10 +115,20 @@ class GymnasiumVecEnv(VecEnv):
         return [indices] if isinstance(indices, int) else list(indices)
 
 
+def _values_of(info: dict[str, Any], n: int) -> dict[str, Any]:
+    """What a vector env's info says of env `n`; keys that begin with _ are masks."""
+    return {
+        name: values[n]
+        for name, values in info.items()
+        if isinstance(values, np.ndarray) and not name.startswith("_")
+    }
+
+
 def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> GymnasiumVecEnv:
     """Make `count` envs that step together.
 
-    An env's own vector version is used where it can reset within the same step.
+    An env's own vector version is used where it can reset within the same step, single envs side
+    by side elsewhere.
 
     Raises:
         PoliteError: The id or a setting is unknown, or the env's actions are not continuous.
@@ -112,10 +138,10 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
         if module:
             importlib.import_module(module)
         spec = gym.spec(name)
-        if spec.vector_entry_point is not None:
-            env = gym.make_vec(name, count, **settings)
+        mode: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        if _has_mode(spec):
+            env = gym.make_vec(name, count, **mode, **settings)
         else:
-            mode = {"autoreset_mode": AutoresetMode.SAME_STEP}
             env = gym.make_vec(
                 name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
             )
@@ -127,3 +153,12 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
             f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
         )
     return GymnasiumVecEnv(env, seed)
+
+
+def _has_mode(spec: EnvSpec) -> bool:
+    """Whether the env has a vector version that can be told when to reset."""
+    entry = spec.vector_entry_point
+    if entry is None:
+        return False
+    creator = entry if callable(entry) else load_env_creator(entry)
+    return "autoreset_mode" in inspect.signature(creator).parameters

@@ -25,7 +25,7 @@ TURN_ACCELERATION = 10.0
 """Bounds the window of turn rates [rad/s^2]."""
 HEADING_WEIGHT = 0.1
 """Of looking at the target, beside the progress that counts 1 at top speed."""
-CLEARANCE_WEIGHT = 2.0
+CLEARANCE_WEIGHT = 1.0
 """Of keeping everybody's personal space free."""
 COLLISION_WEIGHT = 2.0
 """Taken once for a collision at the horizon, and up to twice for an earlier one."""
@@ -134,20 +134,20 @@ def merit(
     dt = HORIZON / STEPS
     z, x, angle = bodies[0, 0], bodies[0, 1], bodies[0, 2]
     before = math.sqrt((way[0] - z) ** 2 + (way[1] - x) ** 2)
-    nearest = p.personal_space
+    free = 0.0
     for step in range(1, STEPS + 1):
         middle = angle + 0.5 * turn * dt
         z += (ahead * math.cos(middle) - left * math.sin(middle)) * dt
         x += (ahead * math.sin(middle) + left * math.cos(middle)) * dt
         angle += turn * dt
-        nearest = min(nearest, room(z, x, step * dt, bodies, p))
+        nearest = room(z, x, step * dt, bodies, p)
+        free += min(nearest / p.personal_space, 1.0) / STEPS
         if nearest <= 0.0:
             return -COLLISION_WEIGHT * (2.0 - step / STEPS)
     after = math.sqrt((way[0] - z) ** 2 + (way[1] - x) ** 2)
     progress = (before - after) / (p.robot_speed * HORIZON)
     course = angle + (math.atan2(left, ahead) if left != 0.0 else 0.0)
     alignment = math.cos(math.atan2(way[1] - x, way[0] - z) - course)
-    free = nearest / p.personal_space if p.personal_space > 0.0 else 1.0
     return progress + HEADING_WEIGHT * alignment + CLEARANCE_WEIGHT * free
 
 
@@ -181,16 +181,16 @@ def _choose(
         left_now = robot[4] * cos - robot[3] * sin
         best = -math.inf
         for i in range(SAMPLES):
-            ahead = sample(ahead_now, -speed if holonomic else 0.0, speed, reach, i)
             for j in range(SAMPLES):
+                ahead = sample(ahead_now, -speed if holonomic else 0.0, speed, reach, i)
                 left, turn = 0.0, 0.0
                 if holonomic:
                     left = sample(left_now, -speed, speed, reach, j)
                     faster = max(math.sqrt(ahead * ahead + left * left) / speed, 1.0)
-                    value = merit(bodies[n], ways[n], ahead / faster, left / faster, turn, p)
+                    ahead, left = ahead / faster, left / faster
                 else:
                     turn = sample(robot[5], -turn_rate, turn_rate, turn_reach, j)
-                    value = merit(bodies[n], ways[n], ahead, left, turn, p)
+                value = merit(bodies[n], ways[n], ahead, left, turn, p)
                 if value > best:
                     best = value
                     out[n, 0], out[n, 1], out[n, 2] = ahead, left, turn

@@ -6,13 +6,17 @@ import math
 
 import numpy as np
 
-from socialnav_env.config import CorridorConfig
+from socialnav_env.config import DOORWAY_WALL, CorridorConfig
 from socialnav_env.controllers.sight import Sight
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
-from socialnav_env.people import PeopleParameters, aim, people_parameters
+from socialnav_env.people import PeopleParameters, people_parameters
 
 TURN_TIME = 0.3
 """A robot that looks elsewhere than it wants to go turns there within about this time [s]."""
+MARGIN = 0.1
+"""Room to leave between the robot and the wall around a doorway [m]."""
+APPROACH = 0.6
+"""A doorway is entered and left straight, from and to this far from the wall's middle [m]."""
 
 
 def pedestrian_parameters(config: CorridorConfig) -> PeopleParameters:
@@ -47,7 +51,36 @@ def _write_targets(
     """
     for n in range(bodies.shape[0]):
         goal = goals[n, 1 if flags[n, 0] else 0]
-        out[n, 0], out[n, 1] = aim(bodies[n, 0, 0], bodies[n, 0, 1], goal[0], goal[1], p)
+        out[n, 0], out[n, 1] = way_to(bodies[n, 0, 0], bodies[n, 0, 1], goal[0], goal[1], p)
+
+
+@kernel
+def way_to(
+    z: float, x: float, to_z: float, to_x: float, p: PeopleParameters
+) -> tuple[float, float]:
+    """The goal, or the next point on the way to it through the doorway.
+
+    People who cut the corner are pushed around it; a robot is not, so it enters straight.
+
+    Args:
+        z: The robot [m].
+        x: The same across [m].
+        to_z: The goal [m].
+        to_x: The same across [m].
+        p: Parameters.
+    """
+    if p.jamb <= 0.0:
+        return to_z, to_x
+    side = math.copysign(1.0, to_z - p.doorway_z)
+    before = (p.doorway_z - z) * side
+    free = max(p.jamb - 0.5 * DOORWAY_WALL - p.robot_radius - MARGIN, 0.0)
+    in_line = abs(x) <= free + 0.5 * MARGIN
+    clear = 0.5 * DOORWAY_WALL + p.robot_radius
+    if before < -clear or (before < 0.0 and not in_line):
+        return to_z, to_x
+    crossing = x + (to_x - x) * max(before, 0.0) / (before + (to_z - p.doorway_z) * side)
+    ahead = APPROACH if in_line else -APPROACH
+    return p.doorway_z + side * ahead, min(max(crossing, -free), free)
 
 
 def actions_for(

@@ -27,7 +27,9 @@ Rectangle = tuple[int, int, int, int]
 def smooth_background(config: CorridorConfig, width: int, rewards: bool) -> pygame.Surface:
     """The whole corridor's background, painted large and then shrunk."""
     small = view_of(config, width, rewards=rewards)
-    view = View(*(3 * value for value in small))
+    wide, high, font = 3 * small.width, 3 * small.height, 3 * small.font
+    scale, column, row, strip = (3 * n for n in (small.scale, small.column, small.row, small.strip))
+    view = View(wide, high, scale, column, row, font, strip)
     canvas = paint_background(config, view)
     return pygame.transform.smoothscale(canvas, (small.width, small.height))
 
@@ -63,10 +65,17 @@ def _paint_corridor(canvas: pygame.Surface, config: CorridorConfig, view: View) 
     length, width, wall = config.half_length, config.half_width, WALL_THICKNESS
     canvas.fill(WALL, _rectangle(view, width + wall, length + wall))
     canvas.fill(FLOOR, _rectangle(view, width, length))
-    for z in range(1 - math.ceil(length), math.ceil(length)):
+    for z in _marks(math.ceil(length) - 1, 1, view):
         canvas.fill(TILE, _rectangle(view, width, JOINT, z=z))
     for x in range(1 - math.ceil(width), math.ceil(width)):
         canvas.fill(TILE, _rectangle(view, JOINT, length, x=x))
+
+
+def _marks(limit: float, step: int, view: View) -> range:
+    """Multiples of a step [m] along z, up to a limit on both sides, that the picture shows."""
+    first = max(-limit, -view.column / view.scale)
+    last = min(limit, (view.width - view.column) / view.scale)
+    return range(step * math.ceil(first / step), step * math.floor(last / step) + 1, step)
 
 
 def _rectangle(
@@ -82,8 +91,7 @@ def _paint_axis(canvas: pygame.Surface, config: CorridorConfig, view: View) -> N
     """Ticks along z with their labels, beneath the corridor."""
     top = view.row + view.scale * (config.half_width + WALL_THICKNESS)
     step = next((step for step in (1, 5, 10, 20) if step * view.scale >= 3 * view.font), 50)
-    last = step * math.floor(config.half_length / step)
-    for z in range(-last, last + 1, step):
+    for z in _marks(config.half_length, step, view):
         column = view.column + view.scale * z
         canvas.fill(LETTERS, (round(column) - 1, round(top), 3, round(0.35 * view.font)))
         write(canvas, f"{z}".replace("-", "−"), view.font, column, top + 0.95 * view.font)
@@ -105,15 +113,10 @@ def _paint_scale_bar(canvas: pygame.Surface, config: CorridorConfig, view: View)
 
 
 def write(canvas: pygame.Surface, text: str, font: int, column: float, row: float) -> None:
-    """Write a text around a place [px], moved inwards where it would not fit.
-
-    What lies outside the picture altogether is left out.
-    """
+    """Write a text around a place [px], moved inwards where it would not fit."""
     letters = _letters(text, round(1.25 * font))
     place = letters.get_rect(center=(round(column), round(row)))
-    edges = canvas.get_rect()
-    if place.colliderect(edges):
-        canvas.blit(letters, place.clamp(edges))
+    canvas.blit(letters, place.clamp(canvas.get_rect()))
 
 
 @lru_cache(maxsize=512)

@@ -55,6 +55,7 @@ def paint_forces(
         if not view.near(*view.place(*person[:2].tolist())) or not force.any():
             continue
         corners = [view.place(x, z) for x, z in (person[:2] + arrow(force, start)).tolist()]
+        corners = [(round(column), round(row)) for column, row in corners]
         pygame.draw.polygon(canvas, FORCE, corners)
         pygame.draw.aalines(canvas, FORCE, True, corners)  # smooths the edges
 

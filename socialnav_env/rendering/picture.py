@@ -20,7 +20,7 @@ from socialnav_env.rendering.background import (
     smooth_background,
 )
 from socialnav_env.rendering.notes import paint_forces, paint_rays, paint_terms
-from socialnav_env.rendering.sprites import Stamp, stamp
+from socialnav_env.rendering.sprites import Stamp, stamp, stamps
 from socialnav_env.scene import STANDING, Scene, breadcrumbs, stride
 
 DOT_SPACING, DOT_RADIUS, TRAIL_REACH = 0.22, 0.05, 60.0
@@ -129,13 +129,15 @@ def _trail(scene: Scene, config: CorridorConfig, view: View) -> Iterator[Stamp]:
     inside = np.clip(scene.trail, -edge, edge)
     points, freshness = breadcrumbs(inside, DOT_SPACING, TRAIL_REACH)
     opacities = 16 * np.ceil(12 * freshness).astype(int)
-    for (x, z), opacity in zip(points.tolist(), opacities.tolist(), strict=True):
-        yield from stamp(drawing.crumb_figure(DOT_RADIUS, opacity), x, z, 0.0, view)
+    dots = (drawing.crumb_figure(DOT_RADIUS, opacity) for opacity in opacities.tolist())
+    yield from stamps(dots, points, view)
 
 
 def _people(scene: Scene, config: CorridorConfig, view: View) -> Iterator[Stamp]:
     """Everyone, walking or standing."""
     for index, (x, z, heading, vx, vz) in enumerate(scene.people.tolist()):
+        if not view.near(*view.place(x, z)):
+            continue
         walking = math.hypot(vx, vz) >= STANDING
         foot = stride(x, z) if walking else 0
         figure = drawing.person_figure(config.human_radius, _look(index), walking, foot)

@@ -34,7 +34,8 @@ def tile(frames: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     columns = min(range(1, len(frames) + 1), key=lambda n: _oblongness(n, len(frames), h, w))
     rows = math.ceil(len(frames) / columns)
     height, width = (
-        16 * math.ceil((count * (side + GAP) - GAP) / 16) for count, side in ((rows, h), (columns, w))
+        16 * math.ceil((count * (side + GAP) - GAP) / 16)
+        for count, side in ((rows, h), (columns, w))
     )
     whole = np.full((height, width, 3), GAP_COLOUR, dtype=np.uint8)
     for index, frame in enumerate(frames):

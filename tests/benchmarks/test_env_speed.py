@@ -1,6 +1,9 @@
-"""Steps per second of the corridor against Walker2d-v5 and against bare pymunk, in one run."""
+"""Steps per second of the single env against its peers and against bare pymunk, in one run."""
 
+import os
+import subprocess
 import time
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -10,7 +13,9 @@ import pytest
 from socialnav_env.config import CorridorConfig
 
 STEPS, ROUNDS = 1000, 15
-AGAINST_WALKER, AGAINST_PYMUNK = 4.0, 3.0
+AGAINST_WALKER, AGAINST_PUSHT, AGAINST_PYMUNK = 5.0, 8.0, 3.0
+ROOT = Path(__file__).parents[2]
+PUSHT_PYTHON = Path(os.environ.get("PUSHT_PYTHON", ROOT / ".venv-pusht" / "bin" / "python"))
 
 
 def actions_for(env):
@@ -19,11 +24,13 @@ def actions_for(env):
 
 
 def run_env(env, actions):
+    start = time.perf_counter()
     env.reset(seed=0)
     for action in actions:
         _, _, terminated, truncated, _ = env.step(action)
         if terminated or truncated:
             env.reset()
+    return time.perf_counter() - start
 
 
 def bare_corridor():
@@ -46,6 +53,7 @@ def bare_corridor():
 
 def run_bare(space, bodies, config, velocities):
     """Velocities in, physics, positions and velocities out, nothing else."""
+    start = time.perf_counter()
     for step in velocities:
         for body, velocity in zip(bodies, step, strict=True):
             body.velocity = velocity
@@ -53,50 +61,56 @@ def run_bare(space, bodies, config, velocities):
             space.step(config.timestep)
         for body in bodies:
             body.position, body.velocity  # noqa: B018
+    return time.perf_counter() - start
 
 
 @pytest.fixture
-def contestants(tmp_path, monkeypatch):
+def pusht():
+    """A function that runs gym-pusht in its own Python and tells the seconds."""
+    if not PUSHT_PYTHON.exists():
+        pytest.skip(f"no Python with gym-pusht at {PUSHT_PYTHON}; `make bench` makes one")
+    command = [str(PUSHT_PYTHON), str(Path(__file__).with_name("pusht_runner.py"))]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        assert process.stdout.readline() == "ready\n"
+
+        def run():
+            process.stdin.write(f"{STEPS}\n")
+            process.stdin.flush()
+            return float(process.stdout.readline())
+
+        yield run
+        process.stdin.close()
+
+
+def test_steps_per_second_against_peers_and_bare_pymunk(benchmark, pusht, tmp_path, monkeypatch):
     pytest.importorskip("mujoco")
     monkeypatch.chdir(tmp_path)  # MuJoCo 4 writes MUJOCO_LOG.TXT where it runs
     corridor, walker = gym.make("SocialCorridor-v0"), gym.make("Walker2d-v5")
     velocities = np.random.default_rng(0).uniform(-1.0, 1.0, (STEPS, 4, 2)).tolist()
-    return {
-        "corridor": (run_env, corridor, actions_for(corridor)),
-        "walker": (run_env, walker, actions_for(walker)),
-        "pymunk": (run_bare, *bare_corridor(), velocities),
+    bare = bare_corridor()
+    actions, others = actions_for(corridor), actions_for(walker)
+    contestants = {
+        "corridor": lambda: run_env(corridor, actions),
+        "walker": lambda: run_env(walker, others),
+        "pymunk": lambda: run_bare(*bare, velocities),
+        "pusht": pusht,
     }
-
-
-def test_steps_per_second_against_walker2d_and_bare_pymunk(benchmark, contestants):
-    run, *args = contestants["corridor"]
-    benchmark.pedantic(run, args=args, rounds=5, warmup_rounds=1)
+    benchmark.pedantic(contestants["corridor"], rounds=5, warmup_rounds=1)
     # In turns, so that a busy moment of the machine hits all of them.
     best = dict.fromkeys(contestants, float("inf"))
     for _ in range(ROUNDS):
-        for name, (run, *args) in contestants.items():
-            start = time.perf_counter()
-            run(*args)
-            best[name] = min(best[name], (time.perf_counter() - start) / STEPS)
+        for name, run in contestants.items():
+            best[name] = min(best[name], run() / STEPS)
     per_second = {name: round(1.0 / seconds) for name, seconds in best.items()}
-    ratios = best["walker"] / best["corridor"], best["corridor"] / best["pymunk"]
-    benchmark.extra_info.update(per_second)
-    benchmark.extra_info["times_walker2d"], benchmark.extra_info["times_bare_pymunk"] = ratios
-    print(f"\nsteps/s: {per_second}; {ratios[0]:.1f} x Walker2d-v5, {ratios[1]:.2f} x bare pymunk")
-    assert ratios[0] >= AGAINST_WALKER
-    assert ratios[1] <= AGAINST_PYMUNK
-
-
-@pytest.mark.parametrize("count", [1, 16, 64, 256])
-def test_corridor_steps_per_second_of_the_vector_env(benchmark, count):
-    env = gym.make_vec("SocialCorridor-v0", num_envs=count)
-    env.reset(seed=0)
-    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (50, count, 2))
-
-    def run():
-        for action in actions:
-            env.step(action)
-
-    benchmark.pedantic(run, rounds=10, warmup_rounds=1)
-    benchmark.extra_info["steps_per_second"] = round(50 * count / benchmark.stats.stats.min)
-    print(f"\n{count} corridors: {benchmark.extra_info['steps_per_second']} steps/s")
+    ratios = {
+        "times_walker2d": best["walker"] / best["corridor"],
+        "times_pusht": best["pusht"] / best["corridor"],
+        "time_of_bare_pymunk": best["corridor"] / best["pymunk"],
+    }
+    benchmark.extra_info.update(per_second | ratios)
+    print(f"\nsteps/s: {per_second}; {ratios}")
+    assert ratios["times_walker2d"] >= AGAINST_WALKER
+    assert ratios["times_pusht"] >= AGAINST_PUSHT
+    assert ratios["time_of_bare_pymunk"] <= AGAINST_PYMUNK

@@ -5,7 +5,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 import torch
-from gymnasium.envs.classic_control.cartpole import CartPoleVectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from stable_baselines3.common.vec_env import VecNormalize
 from stub_envs import register, vec_env
 
@@ -13,7 +13,7 @@ from polite.policies.episodes import EpisodeTally
 from polite.policies.learned_reward import LearnedReward
 from polite.policies.policy import GaussianPolicy, load_policy, save_policy
 from polite.policies.ppo import PpoConfig, PpoTrainer
-from polite.policies.vec_env import make_vec_env
+from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.types import NotFiniteError, PoliteError, ShapeError
 
 SMALL = PpoConfig(num_envs=2, rollout=16, batch_size=16, epochs=2, hidden=(8, 8))
@@ -67,6 +67,42 @@ def test_envs_end_one_by_one() -> None:
     assert all("terminal_observation" in info for info in infos)
 
 
+def test_an_ended_episode_leaves_its_last_info() -> None:
+    env = vec_env(count=2, lengths=(2,))
+    env.reset()
+    assert env.step(np.zeros((2, 2), np.float32))[3] == [{}, {}]
+    infos = env.step(np.zeros((2, 2), np.float32))[3]
+    assert [info["success"] for info in infos] == [1.0, 1.0]
+
+
+def test_the_corridors_own_vector_env_is_used_and_nothing_copied(monkeypatch) -> None:
+    env = make_vec_env("socialnav_env:SocialCorridor-v0", 3, 0, max_episode_steps=4)
+    given, step = [], env.vector_env.step
+
+    def noted(actions):
+        given.append(step(actions))
+        return given[-1]
+
+    monkeypatch.setattr(env.vector_env, "step", noted)
+    env.reset()
+    for _ in range(4):
+        observations, _, ended, infos = env.step(np.zeros((3, 2), np.float32))
+    assert type(env.vector_env).__name__ == "SocialCorridorVectorEnv"
+    assert observations is given[-1][0]
+    assert ended.all()
+    for n, info in enumerate(infos):
+        assert info["terminal_observation"] is given[-1][4]["final_obs"][n]
+        assert info["z_position"] == info["terminal_observation"][1]
+        assert not any(name.startswith("_") for name in info)
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED])
+def test_a_vector_env_that_resets_at_another_time_is_refused(mode) -> None:
+    inner = SyncVectorEnv([lambda: gym.make("Pendulum-v1")], autoreset_mode=mode)
+    with pytest.raises(PoliteError, match=r"expected autoreset_mode=AutoresetMode\.SAME_STEP"):
+        GymnasiumVecEnv(inner, 0)
+
+
 def test_nan_from_the_env_is_an_error_at_once() -> None:
     env = vec_env(spoiled_at=2)
     env.reset()
@@ -83,8 +119,8 @@ def test_an_env_that_cannot_be_used_is_a_one_line_error(env_id: str) -> None:
 
 
 def test_an_env_without_continuous_actions_is_closed(monkeypatch) -> None:
-    closed: list[CartPoleVectorEnv] = []
-    monkeypatch.setattr(CartPoleVectorEnv, "close", lambda env: closed.append(env))
+    closed: list[SyncVectorEnv] = []
+    monkeypatch.setattr(SyncVectorEnv, "close", lambda env: closed.append(env))
     with pytest.raises(PoliteError, match="continuous"):
         make_vec_env("CartPole-v1", 1, 0)
     assert len(closed) == 1

@@ -132,7 +132,7 @@ def pool_of(rewards, states):
 
 
 def test_what_clips_show_is_counted_clip_by_clip():
-    states = np.zeros((4, 3, 13))
+    states = np.zeros((4, 3, 14))
     states[..., 9] = 2.9  # the person is far off ...
     states[1, 1, 9] = 1.0  # ... except once
     states[2, 2, 3] = 1.0  # collected in the clip
@@ -149,7 +149,7 @@ def test_what_clips_show_is_counted_clip_by_clip():
 
 def test_equal_effort_gives_the_baseline_525_answers(tmp_path):
     rng = np.random.default_rng(1)
-    pool = pool_of(rng.normal(size=(200, 50)), np.zeros((200, 50, 13)))
+    pool = pool_of(rng.normal(size=(200, 50)), np.zeros((200, 50, 14)))
     study = Study(tmp_path, CONFIG, 0)
     queries = draw_queries(CONFIG, pool, 0)
     given = Feedback(pool, queries, ask(CONFIG, POLITE, pool, queries, 0))
@@ -162,7 +162,7 @@ def test_equal_effort_gives_the_baseline_525_answers(tmp_path):
 @pytest.mark.parametrize("change", [change for _, _, change in LEVELS])
 def test_every_sensitivity_level_is_a_possible_population(change, tmp_path):
     rng = np.random.default_rng(1)
-    pool = pool_of(rng.normal(size=(200, 50)), np.zeros((200, 50, 13)))
+    pool = pool_of(rng.normal(size=(200, 50)), np.zeros((200, 50, 14)))
     queries = draw_queries(CONFIG, pool, 0)
     given = Feedback(pool, queries, [])
     answers = _new_answers(Study(tmp_path, CONFIG, 0), given, "polite", change, 3, more=False)

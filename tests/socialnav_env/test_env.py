@@ -1,6 +1,5 @@
 import json
 import os
-import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -13,13 +12,21 @@ from gymnasium.utils import env_checker
 from stable_baselines3.common import env_checker as sb3_checker
 
 import socialnav_env
-from socialnav_env.config import ConfigError
-from socialnav_env.env import RENDER_MODES
+from socialnav_env.config import SCENARIOS, ConfigError
+from socialnav_env.keyboard import CODES, KEYS, action_of
 from socialnav_env.metrics import METRICS
+from socialnav_env.observation import HEAD, NUM_RAYS, PER_HUMAN
+from socialnav_env.pictures import RENDER_MODES
 from socialnav_env.reward import TERMS
 
 LENIENT = {"terminate_on_goal": False, "terminate_on_collision": False}
-SETTINGS = [{}, {"num_humans": 0}, {"num_humans": 12}, {"frame_skip": 1, "timestep": 0.1}, LENIENT]
+SETTINGS = [
+    *({"scenario": name} for name in SCENARIOS),
+    {"num_humans": 12, "observation": "rays"},
+    {"frame_skip": 1, "timestep": 0.1, "observation": "state", "walking": "queue"},
+    {"action": "holonomic", "ray_noise": 0.1, "tracking_noise": 0.1, "walking": "group"},
+    LENIENT,
+]
 
 
 def make(**settings):
@@ -32,7 +39,8 @@ def episode(env, seed, steps=600):
     rng = np.random.default_rng(seed)
     told = [(observation.tolist(), 0.0, False, False, info)]
     for _ in range(steps):
-        action = rng.uniform((-0.5, -1.0), (1.5, 1.0))
+        action = rng.uniform(-1.0, 1.0, env.action_space.shape)
+        action[0] += 0.5
         observation, reward, terminated, truncated, info = env.step(action)
         told.append((observation.tolist(), reward, terminated, truncated, info))
         if terminated or truncated:
@@ -72,6 +80,15 @@ def test_settings_arrive():
     assert (env.config.num_humans, env.config.goal_reward, env.render_width) == (1, 3.0, 320)
 
 
+@pytest.mark.parametrize("kind", ["unicycle", "holonomic"])
+@pytest.mark.parametrize("observed", ["both", "state", "rays"])
+def test_the_spaces_are_those_of_the_keywords(kind, observed):
+    env = make(action=kind, observation=observed, num_humans=5)
+    size = HEAD + (observed != "rays") * 5 * PER_HUMAN + (observed != "state") * NUM_RAYS
+    assert env.observation_space.shape == (size,)
+    assert env.action_space.shape == ({"unicycle": 2, "holonomic": 3}[kind],)
+
+
 # --- equal seeds ---------------------------------------------------------------------------------
 
 
@@ -109,15 +126,6 @@ def test_equal_seeds_give_equal_episodes_in_another_process():
         env={**os.environ, "PYTHONHASHSEED": "7"},
     )  # fmt: skip
     assert json.loads(done.stdout) == json.loads(json.dumps(episode(make(), 11)))
-
-
-def test_a_pickled_env_is_made_again():
-    env = make(num_humans=2, goal_z=9.0, render_mode="rgb_array").unwrapped
-    env.reset(seed=0)
-    copy = pickle.loads(pickle.dumps(env))
-    assert copy.config == env.config
-    assert copy.render_mode == "rgb_array"
-    assert episode(copy, 1, 50) == episode(env, 1, 50)
 
 
 # --- reward and info -----------------------------------------------------------------------------
@@ -213,6 +221,31 @@ def test_only_the_time_limit_truncates():
     assert env.unwrapped.step(np.array([-1.0, 0.0]))[2:4] == (False, False)
 
 
+# --- what episodes draw anew --------------------------------------------------------------------
+
+
+def starts(env, count, **keywords):
+    """Where the robot starts along the corridor, give or take half a metre."""
+    return [env.reset(**keywords)[0][1]] + [env.reset()[0][1] for _ in range(count - 1)]
+
+
+def test_options_stay_until_others_come():
+    env = make()
+    assert np.abs(np.array(starts(env, 4, seed=0, options={"start_z": 3.0})) - 3.0).max() <= 0.5
+    drawn = np.array(starts(env, 30, options={"start_z": (-5.0, 5.0)}))
+    assert drawn.min() < -3.0 and drawn.max() > 3.0 and np.abs(drawn).max() <= 5.5
+    assert np.abs(np.array(starts(env, 4, options={})) + 14.0).max() <= 0.5
+
+
+def test_equal_options_and_seeds_give_equal_episodes():
+    options = {"human_speed": (0.3, 0.9), "walking": ["cross", "along"], "reactive": False}
+    told = []
+    for env in (make(), make()):
+        first = env.reset(seed=3, options=options)[0].tolist()
+        told.append([first, *(env.reset()[0].tolist() for _ in range(5)), episode(env, 4, 30)])
+    assert told[0] == told[1]
+
+
 # --- bad input -----------------------------------------------------------------------------------
 
 
@@ -250,11 +283,14 @@ def test_actions_beyond_the_bounds_are_clipped():
     assert told[0] == told[1]
 
 
-def test_an_unknown_reset_option_is_an_error():
+def test_an_unknown_reset_option_is_an_error_and_changes_nothing():
     env = make()
+    env.reset(seed=0)
+    generator, before = env.unwrapped.np_random.bit_generator.state, env.unwrapped.state_vector()
     with pytest.raises(ConfigError, match="unknown reset option speed"):
-        env.reset(options={"speed": 1.0})
-    env.reset(options={})
+        env.reset(seed=1, options={"speed": 1.0})
+    assert env.unwrapped.np_random.bit_generator.state == generator
+    np.testing.assert_array_equal(env.unwrapped.state_vector(), before)
 
 
 @pytest.mark.parametrize("bad", ["ansi", "", 3])
@@ -267,6 +303,49 @@ def test_an_unknown_render_mode_is_an_error(bad):
 def test_an_impossible_width_is_an_error(bad):
     with pytest.raises(ConfigError, match=r"render_width=.*expected a whole number"):
         make(render_width=bad)
+
+
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        ({"scenario": "maze"}, "scenario='maze': expected one of paper"),
+        ({"camera": "drone"}, "camera='drone': expected one of corridor, robot"),
+        ({"overlays": ["ray"]}, r"overlays=\['ray'\]: expected some of rays"),
+        ({"overlays": "rays"}, "overlays='rays': expected some of rays"),
+        ({"people": 3}, "unknown keyword people; valid are render_mode"),
+    ],
+)
+def test_an_unknown_word_is_an_error_that_names_the_known_ones(bad, said):
+    with pytest.raises(ConfigError, match=said):
+        make(**bad)
+
+
+# --- the keyboard --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["unicycle", "holonomic"])
+def test_every_combination_of_keys_is_an_action(kind):
+    env = make(action=kind)
+    known = env.unwrapped.get_keys_to_action()
+    assert len(known) == 2 ** len(KEYS[kind]) - 1
+    assert all(env.action_space.contains(action) for action in known.values())
+    for pressed in (["up"], ["up", "left"], ["left", "right"]):
+        np.testing.assert_array_equal(
+            known[tuple(CODES[key] for key in pressed)], action_of(pressed, kind)
+        )
+
+
+def test_keys_drive_the_robot():
+    assert action_of([], "unicycle").tolist() == [-1.0, 0.0]
+    assert action_of({"up", "left", "escape"}, "unicycle").tolist() == [1.0, 1.0]
+    assert action_of({"left", "right"}, "unicycle").tolist() == [-1.0, 0.0]
+    assert action_of([], "holonomic").tolist() == [0.0, 0.0, 0.0]
+    assert action_of({"down", "right", "a"}, "holonomic").tolist() == [-1.0, -1.0, 1.0]
+
+
+def test_the_key_codes_are_pygames():
+    names = {name: name.upper() if len(name) > 1 else name for name in CODES}
+    assert {name: getattr(pygame, f"K_{names[name]}") for name in CODES} == CODES
 
 
 # --- pictures ------------------------------------------------------------------------------------

@@ -106,8 +106,79 @@ def test_velocities_in_info_are_those_of_qvel(env, name):
     assert info[f"{name}_position"] == env.data.qpos[index]
 
 
+def test_a_set_state_leaves_where_standing_people_look():
+    made = gym.make("SocialCorridor-v0", walking="group", num_humans=4).unwrapped
+    made.reset(seed=0)
+    before = made.state_row()
+    made.set_state(made.data.qpos, np.zeros(made.model.nv))
+    np.testing.assert_array_equal(made.state_row(), before)
+
+
+def test_a_holonomic_base_has_three_controls():
+    made = gym.make("SocialCorridor-v0", action="holonomic").unwrapped
+    made.reset(seed=0)
+    made.do_simulation([0.0, 1.0, 0.0], 10)
+    assert made.model.nu == len(made.data.ctrl) == 3
+    with pytest.raises(ValueError, match=r"action: expected shape \(3,\)"):
+        made.do_simulation([0.0, 1.0], 1)
+
+
 def test_reset_model_starts_a_new_episode(env):
     env.step([1.0, 0.0])
     observation = env.reset_model()
     assert env.observation_space.contains(observation)
     assert env.data.time == 0.0
+
+
+# --- code that was written for MujocoEnv ---------------------------------------------------------
+
+
+class RandomShooting:
+    """Model-predictive control by random shooting, with the env itself as the model.
+
+    Nothing in it knows whether MuJoCo or the corridor is beneath: the state is saved and restored
+    by qpos and qvel, actions go in through `do_simulation`, times are `dt` and `frame_skip`.
+    """
+
+    def __init__(self, env, score, seconds=1.0, tries=24, seed=0):
+        self.env, self.score, self.tries = env.unwrapped, score, tries
+        self.length = max(1, round(seconds / self.env.dt))
+        self.rng = np.random.default_rng(seed)
+
+    def action(self):
+        qpos, qvel = self.env.data.qpos.copy(), self.env.data.qvel.copy()
+        plans = self.rng.uniform(-1.0, 1.0, (self.tries, self.env.model.nu))
+        scores = [self.imagine(qpos, qvel, plan) for plan in plans]
+        self.env.set_state(qpos, qvel)
+        return plans[int(np.argmax(scores))]
+
+    def imagine(self, qpos, qvel, plan):
+        """How good a held action is, from the same start."""
+        self.env.set_state(qpos, qvel)
+        for _ in range(self.length):
+            self.env.do_simulation(plan, self.env.frame_skip)
+        return self.score(self.env.data.qpos, self.env.data.qvel)
+
+
+def control(env, planner, steps):
+    """Set the env to its initial state without velocity, then follow the plans."""
+    base = env.unwrapped
+    env.reset(seed=0)
+    base.set_state(base.init_qpos, np.zeros(base.model.nv))
+    start, begun = base.data.qpos.copy(), base.data.time
+    for _ in range(steps):
+        base.do_simulation(planner.action(), base.frame_skip)
+    assert base.state_vector().shape == (base.model.nq + base.model.nv,)
+    assert base.data.ctrl.shape == env.action_space.shape == (base.model.nu,)
+    assert base.data.time > begun
+    return base.data.qpos - start
+
+
+@pytest.mark.parametrize(
+    ("env_id", "along", "seconds", "gained"),
+    [("SocialCorridor-v0", 1, 1.0, 1.0), ("Walker2d-v5", 0, 0.1, 0.02)],
+)
+def test_a_planner_written_for_mujoco_runs_on_both(make_mujoco, env_id, along, seconds, gained):
+    env = make_mujoco(env_id)
+    planner = RandomShooting(env, lambda qpos, qvel: qpos[along] + 0.1 * qvel[along], seconds)
+    assert control(env, planner, 25)[along] > gained

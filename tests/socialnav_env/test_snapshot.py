@@ -1,10 +1,23 @@
+"""Snapshots, copies and pickles go on exactly, in this process and in another one."""
+
+import copy
+import hashlib
+import os
+import pickle
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import socialnav_env  # noqa: F401 (registers the env)
+from socialnav_env.rendering import OVERLAYS
 
 CROWDED = {
     "num_humans": 6, "half_length": 6.0, "half_width": 1.6, "start_z": -4.5, "intermittent_z": 0.0,
@@ -12,83 +25,203 @@ CROWDED = {
     "wall_force": 1.0, "human_radius": 0.25, "robot_radius": 0.25,
 }  # fmt: skip
 """Contacts in most steps: with people, with walls, among people."""
+NOISY = {"ray_noise": 0.1, "tracking_noise": 0.1}
+KINDS = {
+    "crowded": CROWDED,
+    "noisy": {**CROWDED, **NOISY, "walking": "mixed", "frame_skip": 1, "timestep": 0.1},
+    "holonomic": {**CROWDED, "action": "holonomic", "walking": "along", "ray_noise": 0.2},
+    "doorway": {"scenario": "doorway", "start_z": 0.5, "observation": "rays", "ray_noise": 0.1},
+    "standing": {"walking": "queue", "num_humans": 5, "human_patience": 1.0, "start_z": 0.0},
+    "ending": {"num_humans": 8, "half_length": 6.0, "start_z": -1.0, "goal_z": 1.0} | {
+        "intermittent_z": 0.0
+    },
+}  # fmt: skip
+VARIED = {"human_speed": (0.3, 0.9), "walking": ["cross", "along"]}
+SMALL = {"render_mode": "rgb_array", "render_width": 160, "overlays": OVERLAYS}
+MODES = list(AutoresetMode)
+
+kinds = st.sampled_from([*KINDS])
+seeds, moments = st.integers(0, 10_000), st.integers(0, 60)
 
 
-def make(**settings):
-    return gym.make("SocialCorridor-v0", **{**CROWDED, **settings}).unwrapped
+def make(kind="crowded", **further):
+    return gym.make("SocialCorridor-v0", **{**KINDS[kind], **further}).unwrapped
 
 
-ENV, OTHER = make(), make()
-IN_PHYSICS = [{"frame_skip": 1, "timestep": 0.1}, {"frame_skip": 5, "timestep": 0.02}, {}]
+def make_vec(kind="crowded", mode=AutoresetMode.NEXT_STEP, count=3, **further):
+    keywords = {"max_episode_steps": 25, "autoreset_mode": mode, **KINDS[kind], **further}
+    return gym.make_vec("SocialCorridor-v0", num_envs=count, **keywords)
 
 
-def told(env, actions):
-    """What the env tells under these actions, then at the next reset."""
-    steps = []
+made = cache(make)
+made_vec = cache(make_vec)
+
+
+def actions_of(env, rng, count):
+    """Mostly straight on."""
+    actions = rng.uniform(-1.0, 1.0, (count, *env.action_space.shape))
+    actions[..., 0] += 0.4
+    actions[..., -1] *= 0.7
+    return actions
+
+
+def bits(value):
+    """A value that is equal only to its like in every bit."""
+    if isinstance(value, dict):
+        return {name: bits(one) for name, one in value.items()}
+    if isinstance(value, np.ndarray):
+        return [bits(one) for one in value] if value.dtype == object else value.tobytes()
+    return value
+
+
+def drive(env, actions):
+    """Everything that the env tells under these actions, reset wherever it has to be."""
+    vector = isinstance(env, gym.vector.VectorEnv)
+    disabled = env.metadata.get("autoreset_mode") is AutoresetMode.DISABLED
+    told = []
     for action in actions:
-        observation, reward, terminated, truncated, info = env.step(action)
-        steps.append((observation.tobytes(), reward, terminated, truncated, info))
-    vector, row = env.state_vector().tobytes(), env.state_row().tobytes()
-    observation, info = env.reset()
-    return steps, vector, row, env.data.time, observation.tobytes(), info
+        step = env.step(action)
+        ended = step[2] | step[3]
+        told.append([bits(value) for value in step])
+        if vector and disabled and ended.any():
+            told.append([bits(value) for value in env.reset(options={"reset_mask": ended})])
+        elif not vector and ended:
+            told.append([bits(value) for value in env.reset()])
+    return told
 
 
-def actions_of(rng, count):
-    return rng.uniform(-1.0, 1.0, (count, 2)) * (1.0, 0.7) + (0.4, 0.0)
+def told_by(env, actions):
+    """What the env tells under these actions, and at the next two resets."""
+    base = env.unwrapped
+    rows = base.state_rows if isinstance(env, gym.vector.VectorEnv) else base.state_row
+    told, row = drive(env, actions), bits(rows())
+    return told, row, [[bits(value) for value in env.reset()] for _ in range(2)]
 
 
-def contacts_of(env, seed, count):
-    """How many of the first steps the robot spends in contact."""
-    env.reset(seed=seed)
-    return sum(
-        bool(env.step(action)[4]["reward_collision"])
-        for action in actions_of(np.random.default_rng(seed), count)
-    )
+def pickled(env):
+    return pickle.loads(pickle.dumps(env))
+
+
+# --- property tests ------------------------------------------------------------------------------
+
+
+@settings(deadline=None, max_examples=40)
+@given(kinds, seeds, moments, st.integers(0, 30), st.sampled_from([None, {}, VARIED]))
+def test_the_same_actions_after_a_snapshot_give_the_same_bits(
+    kind, seed, before, elsewhere, options
+):
+    env, other, rng = made(kind), made(kind, render_mode=None), np.random.default_rng(seed)
+    env.reset(seed=seed, options=options)
+    drive(env, actions_of(env, rng, before))
+    snapshot, actions = env.get_snapshot(), actions_of(env, rng, 30)
+    first = told_by(env, actions)
+
+    drive(env, actions_of(env, rng, elsewhere))  # the same env, which has gone elsewhere
+    env.set_snapshot(snapshot)
+    assert told_by(env, actions) == first
+
+    other.reset(seed=seed + 1)  # another env with a past of its own
+    drive(other, actions_of(other, rng, elsewhere))
+    other.set_snapshot(snapshot)
+    assert told_by(other, actions) == first
+
+
+@settings(deadline=None, max_examples=40)
+@given(kinds, st.sampled_from(MODES), seeds, moments, st.booleans())
+def test_the_same_actions_after_a_snapshot_of_many_give_the_same_bits(
+    kind, mode, seed, before, varied
+):
+    env, rng = made_vec(kind, mode), np.random.default_rng(seed)
+    env.reset(seed=seed, options=VARIED if varied else {})
+    drive(env, actions_of(env, rng, before))
+    snapshot, actions = env.get_snapshot(), actions_of(env, rng, 40)
+    first = told_by(env, actions)
+    fresh = made_vec(kind, mode, render_mode=None)
+    for one in (env, fresh):
+        one.set_snapshot(snapshot)
+        assert told_by(one, actions) == first
+
+
+@settings(deadline=None, max_examples=15)
+@given(
+    kinds, seeds, moments, st.sampled_from([copy.deepcopy, lambda e: pickle.loads(pickle.dumps(e))])
+)
+def test_copies_and_pickles_of_wrapped_envs_go_on_too(kind, seed, before, copied):
+    """With the time limit's count and the seeds of the spaces."""
+    env = gym.make("SocialCorridor-v0", max_episode_steps=before + 10, **KINDS[kind])
+    env.action_space.seed(seed)
+    env.reset(seed=seed, options=VARIED)
+    drive(env, actions_of(env, np.random.default_rng(seed), before))
+    other = copied(env)
+    samples = [[one.action_space.sample().tolist() for _ in range(20)] for one in (env, other)]
+    assert samples[0] == samples[1]
+    assert told_by(other, samples[0]) == told_by(env, samples[0])
+
+
+@settings(deadline=None, max_examples=15)
+@given(kinds, st.sampled_from(MODES), seeds, moments)
+def test_copies_and_pickles_of_vector_envs_go_on_too(kind, mode, seed, before):
+    env = gym.wrappers.vector.RecordEpisodeStatistics(make_vec(kind, mode))
+    env.action_space.seed(seed)
+    env.reset(seed=seed, options=VARIED)
+    drive(env.unwrapped, actions_of(env, np.random.default_rng(seed), before))
+    others = copy.deepcopy(env.unwrapped), pickled(env).unwrapped
+    actions = [env.action_space.sample() for _ in range(20)]
+    first = told_by(env.unwrapped, actions)
+    for other in others:
+        assert all((other.action_space.sample() == action).all() for action in actions)
+        assert told_by(other, actions) == first
+
+
+# --- another process -----------------------------------------------------------------------------
+
+
+def digest(told):
+    return hashlib.sha256(repr(told).encode()).hexdigest()
+
+
+PROGRAM = """
+import pickle, sys
+sys.path.insert(0, {folder!r})
+import test_snapshot as t
+env, snapshot, actions = pickle.load(sys.stdin.buffer)
+fresh = t.make_vec("noisy") if hasattr(env, "num_envs") else t.make("noisy")
+fresh.set_snapshot(snapshot)
+print(t.digest(t.told_by(fresh, actions)), t.digest(t.told_by(env, actions)))
+"""
+
+
+@pytest.mark.parametrize("making", [make, make_vec])
+def test_another_process_goes_on_from_a_snapshot_and_from_a_pickled_env(making):
+    env, rng, here = making("noisy"), np.random.default_rng(0), Path(__file__).parent
+    env.reset(seed=0, options=VARIED)
+    drive(env, actions_of(env, rng, 30))
+    actions = actions_of(env, rng, 20)
+    given = pickle.dumps((env, env.get_snapshot(), actions))
+    program = PROGRAM.format(folder=str(here))
+    done = subprocess.run(
+        [sys.executable, "-c", program], input=given, capture_output=True, check=True, timeout=120,
+        cwd=here.parents[1], env={**os.environ, "PYTHONHASHSEED": "7"},
+    )  # fmt: skip
+    assert done.stdout.decode().split() == [digest(told_by(env, actions))] * 2
+
+
+# --- one by one ----------------------------------------------------------------------------------
 
 
 def test_contacts_occur():
-    assert sum(contacts_of(ENV, seed, 60) for seed in range(10)) > 60
+    env, contacts = made("crowded"), 0
+    for seed in range(10):
+        env.reset(seed=seed)
+        actions = actions_of(env, np.random.default_rng(seed), 60)
+        contacts += sum(bool(env.step(action)[4]["reward_collision"]) for action in actions)
+    assert contacts > 60
 
 
-@settings(deadline=None, max_examples=60)
-@given(st.integers(0, 10_000), st.integers(0, 60), st.integers(0, 30))
-def test_the_same_actions_after_a_snapshot_give_the_same_bits(seed, before, elsewhere):
-    rng = np.random.default_rng(seed)
-    ENV.reset(seed=seed)
-    for action in actions_of(rng, before):
-        ENV.step(action)
-    snapshot, actions = ENV.get_snapshot(), actions_of(rng, 40)
-    first = told(ENV, actions)
-
-    for action in actions_of(rng, elsewhere):  # the same env, which has gone elsewhere
-        ENV.step(action)
-    ENV.set_snapshot(snapshot)
-    assert told(ENV, actions) == first
-
-    OTHER.reset(seed=seed + 1)  # another env with a past of its own
-    for action in actions_of(rng, elsewhere):
-        OTHER.step(action)
-    OTHER.set_snapshot(snapshot)
-    assert told(OTHER, actions) == first
-
-
-@pytest.mark.parametrize("settings", IN_PHYSICS, ids=str)
-@pytest.mark.parametrize("seed", range(5))
-def test_a_fresh_env_goes_on_from_a_snapshot(settings, seed):
-    env, rng = make(**settings), np.random.default_rng(seed)
-    env.reset(seed=seed)
-    for action in actions_of(rng, 30):
-        env.step(action)
-    snapshot, actions = env.get_snapshot(), actions_of(rng, 60)
-    first = told(env, actions)
-    fresh = make(**settings)
-    fresh.set_snapshot(snapshot)
-    assert told(fresh, actions) == first
-
-
-@pytest.mark.parametrize("settings", IN_PHYSICS, ids=str)
-def test_a_snapshot_in_the_middle_of_a_lasting_contact(settings):
-    env = make(**settings)
+@pytest.mark.parametrize("frames", [(1, 0.1), (2, 0.05), (5, 0.02)], ids=str)
+def test_a_snapshot_in_the_middle_of_a_lasting_contact(frames):
+    keywords = {"frame_skip": frames[0], "timestep": frames[1]}
+    env = make(**keywords)
     env.reset(seed=0)
     qpos = env.data.qpos
     qpos[:3] = (1.3, 0.0, np.pi / 2)  # pressed against the left wall
@@ -97,54 +230,90 @@ def test_a_snapshot_in_the_middle_of_a_lasting_contact(settings):
     for _ in range(10):
         env.step(push)
     assert env.world.contacts[0, 1]
-    actions = np.vstack([np.tile(push, (20, 1)), actions_of(rng, 40)])
+    actions = np.vstack([np.tile(push, (20, 1)), actions_of(env, rng, 40)])
     snapshot = env.get_snapshot()
-    first = told(env, actions)
-    for other in (env, make(**settings)):
+    first = told_by(env, actions)
+    for other in (env, make(**keywords)):
         other.set_snapshot(snapshot)
-        assert told(other, actions) == first
+        assert told_by(other, actions) == first
 
 
 def test_every_moment_of_an_episode_can_be_gone_on_from():
-    ENV.reset(seed=1)
-    actions = actions_of(np.random.default_rng(1), 40)
+    env, other = make("noisy"), make("noisy")
+    env.reset(seed=1)
     moments = []
-    for action in actions:
-        snapshot = ENV.get_snapshot()
-        moments.append((snapshot, ENV.step(action)[0].tobytes()))
-    for action, (snapshot, observation) in zip(actions, moments, strict=True):
-        OTHER.set_snapshot(snapshot)
-        assert OTHER.step(action)[0].tobytes() == observation
+    for action in actions_of(env, np.random.default_rng(1), 40):
+        snapshot = env.get_snapshot()
+        moments.append((action, snapshot, env.step(action)[0].tobytes()))
+    for action, snapshot, observation in moments:
+        other.set_snapshot(snapshot)
+        assert other.step(action)[0].tobytes() == observation
 
 
-def test_a_snapshot_stays_as_it_was_taken():
-    ENV.reset(seed=2)
-    snapshot = ENV.get_snapshot()
-    bodies = snapshot.state.bodies.copy()
+@pytest.mark.parametrize("env", [make("noisy"), make_vec("noisy")], ids=["one", "many"])
+def test_a_snapshot_stays_as_it_was_taken(env):
+    env.reset(seed=2)
+    snapshot = env.get_snapshot()
+    kept = pickle.dumps(snapshot)
     for _ in range(2):
-        for action in actions_of(np.random.default_rng(2), 20):
-            ENV.step(action)
-        np.testing.assert_array_equal(snapshot.state.bodies, bodies)
-        ENV.set_snapshot(snapshot)
+        drive(env, actions_of(env, np.random.default_rng(2), 30))
+        assert pickle.dumps(snapshot) == kept
+        env.set_snapshot(snapshot)
 
 
-def test_the_trail_belongs_to_a_snapshot():
-    env = make(render_mode="rgb_array", render_width=320)
+@pytest.mark.parametrize("making", [make, make_vec])
+def test_the_picture_belongs_to_a_snapshot(making):
+    env, fresh = (making("crowded", **SMALL) for _ in range(2))
     env.reset(seed=0)
-    for _ in range(20):
-        env.step([1.0, 0.1])
-    snapshot, picture = env.get_snapshot(), env.render()
-    for _ in range(20):
-        env.step([1.0, 0.1])
-    env.set_snapshot(snapshot)
-    assert np.array_equal(env.render(), picture)
+    rng = np.random.default_rng(0)
+    drive(env, actions_of(env, rng, 20))
+    snapshot, picture = env.get_snapshot(), np.array(env.render())
+    drive(env, actions_of(env, rng, 20))
+    assert not np.array_equal(env.render(), picture)
+    for one in (env, fresh):
+        one.set_snapshot(snapshot)
+        assert np.array_equal(one.render(), picture)
 
 
-def test_a_snapshot_of_another_corridor_is_an_error_and_changes_nothing():
-    other = make(num_humans=2)
-    other.reset(seed=0)
-    ENV.reset(seed=0)
-    before = ENV.state_vector()
+def test_a_snapshot_without_pictures_gives_a_trail_from_there_on():
+    plain, drawn = make(), make(**SMALL)
+    plain.reset(seed=0)
+    drawn.set_snapshot(plain.get_snapshot())
+    plain.reset(seed=0)
+    drawn.step(np.array([1.0, 0.0]))
+    assert len(drawn.get_snapshot().trails[0]) == 2
+
+
+@pytest.mark.parametrize("making", [make, make_vec])
+def test_a_snapshot_of_another_corridor_is_an_error_and_changes_nothing(making):
+    env, other = making(), making(num_humans=2)
+    for one in (env, other):
+        one.reset(seed=0)
+    before = pickle.dumps(env.get_snapshot())
     with pytest.raises(ValueError, match="bodies: expected shape"):
-        ENV.set_snapshot(other.get_snapshot())
-    np.testing.assert_array_equal(ENV.state_vector(), before)
+        env.set_snapshot(other.get_snapshot())
+    assert pickle.dumps(env.get_snapshot()) == before
+
+
+def test_a_snapshot_of_one_is_none_of_many():
+    single, vector = make(), make_vec(count=1)
+    single.reset(seed=0)
+    vector.reset(seed=0)
+    with pytest.raises(ValueError, match="expected a VectorSnapshot, got a Snapshot"):
+        vector.set_snapshot(single.get_snapshot())
+
+
+def test_a_vector_env_has_no_snapshot_before_its_first_reset():
+    with pytest.raises(gym.error.ResetNeeded, match="reset"):
+        make_vec().get_snapshot()
+
+
+def test_a_copy_has_no_window(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    keywords = {"render_mode": "human", "render_width": 160, "frame_skip": 1, "timestep": 0.002}
+    for env in (make(**keywords), make_vec(**keywords)):
+        env.reset(seed=0)
+        other = copy.deepcopy(env)
+        assert env._window is not None and other._window is None
+        env.close()
+        other.close()
