@@ -1,5 +1,6 @@
 # make study   run the user-study replication (preset fast) and open its report's path
 # make test    run the tests
+# make bench   measure speeds, peers included
 # make check   lint, format check, types, layering
 # make format  format the code
 # make clean   remove what make made
@@ -10,6 +11,7 @@ BIN := $(VENV)/bin
 PRESET ?= fast
 OUT ?= study
 INSTALLED := $(VENV)/.installed
+PUSHT := .venv-pusht
 
 .PHONY: study test check format bench clean
 
@@ -17,9 +19,9 @@ study: $(INSTALLED)
 	$(BIN)/polite replicate --preset $(PRESET) --out $(OUT) --resume
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
-bench: $(INSTALLED)
+bench: $(INSTALLED) $(PUSHT)/.installed
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only
 
 check: $(INSTALLED)
@@ -37,6 +39,12 @@ $(INSTALLED): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
 	touch $@
 
+# A peer that needs an older pymunk, for the speed comparison only.
+$(PUSHT)/.installed:
+	$(PYTHON) -m venv $(PUSHT)
+	$(PUSHT)/bin/python -m pip install --quiet 'gym-pusht==0.1.8' 'pymunk<7'
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(PUSHT) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

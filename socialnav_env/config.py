@@ -12,6 +12,8 @@ class ConfigError(ValueError):
     """A keyword of the corridor that does not exist or a value that cannot be."""
 
 
+OUTER_WALL = 1.0
+"""Thickness of the walls around the corridor [m]."""
 DOORWAY_WALL = 0.2
 """Thickness of the wall around a doorway [m]."""
 
@@ -177,6 +179,7 @@ class CorridorConfig:
             self._check_inside(name, self.robot_radius)
         if self.doorway_width > 0.0:
             self._check_doorway()
+        self._check_timestep()
 
     def _check_inside(self, name: str, margin: float) -> None:
         """Raise ConfigError unless that z keeps clear of the end walls."""
@@ -189,13 +192,28 @@ class CorridorConfig:
 
     def _check_doorway(self) -> None:
         """Raise ConfigError unless robot and people fit through the opening in the wall."""
-        self._check_inside("doorway_z", 2.0)
-        narrow = 2.0 * max(self.robot_radius, self.human_radius) + 0.2
+        widest = 2.0 * max(self.robot_radius, self.human_radius)
+        self._check_inside("doorway_z", max(widest + 0.6, 2.0))  # one can stand on both sides
+        narrow = widest + 0.2
         wide = 2.0 * self.half_width
         if not narrow <= self.doorway_width <= wide:
             raise ConfigError(
                 f"doorway_width={self.doorway_width}: expected 0 (no wall) or a value in "
                 f"[{narrow:g}, {wide:g}], so that everybody fits through"
+            )
+
+    def _check_timestep(self) -> None:
+        """Raise ConfigError if a body could get past the middle of a wall in one physics step."""
+        half = 0.5 * (DOORWAY_WALL if self.doorway_width > 0.0 else OUTER_WALL)
+        fastest, smallest = self.robot_speed, self.robot_radius
+        if self.num_humans > 0:
+            fastest = max(fastest, self.human_top_speed)
+            smallest = min(smallest, self.human_radius)
+        longest = (half + smallest) / fastest
+        if self.timestep > longest:
+            raise ConfigError(
+                f"timestep={self.timestep}: who moves at {fastest:g} m/s could get through a wall "
+                f"in one step; expected at most {longest:.3g} s"
             )
 
     @property

@@ -10,11 +10,9 @@ import pymunk
 from pymunk import batch
 
 from socialnav_env.chipmunk import Contacts, Transfer, stepper
-from socialnav_env.config import DOORWAY_WALL, CorridorConfig
+from socialnav_env.config import DOORWAY_WALL, OUTER_WALL, CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
-WALL = 0.5
-"""Half the thickness of an outer wall [m]; its inner face is the corridor's edge."""
 CELL, CELLS = 2.0, 100
 """Spatial hash: pairs are found in an order that does not depend on what happened before, which
 the default tree cannot promise and exact restore needs."""
@@ -221,9 +219,10 @@ class Physics:
     def _add_walls(self) -> None:
         """Add the outer walls, and the wall around a doorway."""
         config, space = self._config, self._space
-        z, x = config.half_length + WALL, config.half_width + WALL
+        half = 0.5 * OUTER_WALL  # the inner face is the corridor's edge
+        z, x = config.half_length + half, config.half_width + half
         corners = [(-z, -x), (z, -x), (z, x), (-z, x)]
-        walls = [(*ends, WALL) for ends in zip(corners, corners[1:] + corners[:1], strict=True)]
+        walls = [(*ends, half) for ends in zip(corners, corners[1:] + corners[:1], strict=True)]
         if config.doorway_width > 0.0:
             at = config.doorway_z
             for side in (-1.0, 1.0):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from socialnav_env.config import DOORWAY_WALL, ConfigError, CorridorConfig
+from socialnav_env.config import DOORWAY_WALL, CorridorConfig
 from socialnav_env.kernels import FloatArray, kernel
 
 PAPER_ANCHORS = (-10.0, 5.0, 8.0)
@@ -85,14 +85,6 @@ def beside_doorway(z: float, doorway_z: float, doorway: float, radius: float) ->
     if doorway <= 0.0 or abs(z - doorway_z) >= clear:
         return z
     return doorway_z + (clear if z >= doorway_z else -clear)
-
-
-def too_small(config: CorridorConfig) -> ConfigError:
-    """What to say when no free place is found."""
-    return ConfigError(
-        f"num_humans={config.num_humans}: no free place found in a corridor of half_length="
-        f"{config.half_length:g}, half_width={config.half_width:g}; use fewer people or more room"
-    )
 
 
 @kernel

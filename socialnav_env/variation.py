@@ -24,6 +24,11 @@ class Variation:
 
     settings: Mapping[str, Any]
 
+    def __post_init__(self) -> None:
+        """Keep a copy that nobody can change."""
+        own = {k: list(v) if isinstance(v, list) else v for k, v in self.settings.items()}
+        object.__setattr__(self, "settings", MappingProxyType(own))
+
     def __reduce__(self) -> tuple[type[Variation], tuple[dict[str, Any]]]:
         """A read-only mapping cannot be pickled by itself."""
         return Variation, (dict(self.settings),)
@@ -40,7 +45,7 @@ class Variation:
         return dataclasses.replace(config, **drawn)
 
 
-NO_VARIATION = Variation(MappingProxyType({}))
+NO_VARIATION = Variation({})
 """Every episode has the env's own settings."""
 
 
@@ -63,7 +68,7 @@ def variation_from(options: Mapping[str, Any], config: CorridorConfig) -> Variat
     for name, value in options.items():
         for extreme in _extremes(name, value):
             _check_bounds(name, dataclasses.replace(config, **{name: extreme}), config)
-    return Variation(MappingProxyType(dict(options)))
+    return Variation(options)
 
 
 def _extremes(name: str, value: Any) -> list[Any]:

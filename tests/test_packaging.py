@@ -28,6 +28,7 @@ def names(tmp_path_factory):
     "name",
     [
         "socialnav_env/py.typed",
+        "socialnav_env/assets/sprites/robot.svg",
         "polite/py.typed",
         "polite/report/style.css",
         "polite/assets/corridor.png",

@@ -23,7 +23,7 @@ ACCELERATION = 4.0
 """Bounds the window of speeds [m/s^2]."""
 TURN_ACCELERATION = 10.0
 """Bounds the window of turn rates [rad/s^2]."""
-HEADING_WEIGHT = 0.1
+HEADING_WEIGHT = 0.2
 """Of looking at the target, beside the progress that counts 1 at top speed."""
 CLEARANCE_WEIGHT = 1.0
 """Of keeping everybody's personal space free."""

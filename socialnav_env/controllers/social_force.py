@@ -35,9 +35,7 @@ class SocialForceRobot(Controller):
         """(B, A) actions."""
         velocities = np.empty((len(sight.bodies), 2))
         ways = targets(sight, self._parameters)
-        _write_velocities(
-            sight.bodies, ways, self.config.robot_speed, self._parameters, velocities
-        )
+        _write_velocities(sight.bodies, ways, self.config.robot_speed, self._parameters, velocities)
         return actions_for(velocities, sight.bodies[:, 0, 2], self.config)
 
 

@@ -83,9 +83,7 @@ def way_to(
     return p.doorway_z + side * ahead, min(max(crossing, -free), free)
 
 
-def actions_for(
-    velocities: FloatArray, headings: FloatArray, config: CorridorConfig
-) -> FloatArray:
+def actions_for(velocities: FloatArray, headings: FloatArray, config: CorridorConfig) -> FloatArray:
     """Actions that bring robots to the wanted velocities as far as their drive allows.
 
     A unicycle slows down while it looks elsewhere; a holonomic base goes there at once, and both

@@ -7,12 +7,18 @@ import os
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # or pygame greets in others' output
 
-from socialnav_env.camera import world_to_pixel
-from socialnav_env.overlays import CAMERAS, DEFAULT_OVERLAYS, OVERLAYS, Annotations, check_look
+from socialnav_env.rendering.camera import world_to_pixel
+from socialnav_env.rendering.overlays import (
+    CAMERAS,
+    DEFAULT_OVERLAYS,
+    OVERLAYS,
+    Annotations,
+    check_look,
+)
 from socialnav_env.rendering.picture import draw_scene
+from socialnav_env.rendering.scene import Scene, SceneError
 from socialnav_env.rendering.tiles import tile
 from socialnav_env.rendering.window import Window
-from socialnav_env.scene import Scene, SceneError
 
 __all__ = [
     "CAMERAS",

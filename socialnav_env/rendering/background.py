@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import pygame
 
-from socialnav_env.camera import WALL_THICKNESS, View, view_of
 from socialnav_env.config import DOORWAY_WALL, CorridorConfig
+from socialnav_env.rendering.camera import WALL_THICKNESS, View, view_of
 
 JOINT = 0.018
 """Half the width of a joint between tiles [m]."""

@@ -8,10 +8,10 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from socialnav_env.camera import View
-from socialnav_env.overlays import arrow, bar_share, ray_ends
 from socialnav_env.rendering.background import LETTERS, write
-from socialnav_env.scene import Scene, SceneError
+from socialnav_env.rendering.camera import View
+from socialnav_env.rendering.overlays import arrow, bar_share, ray_ends
+from socialnav_env.rendering.scene import Scene, SceneError
 
 RAY = (120, 170, 205)
 FORCE = (44, 54, 66)

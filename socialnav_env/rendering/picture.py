@@ -9,19 +9,19 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from socialnav_env import drawing
-from socialnav_env.camera import View, centred, view_of
 from socialnav_env.config import CorridorConfig
-from socialnav_env.overlays import DEFAULT_OVERLAYS, Annotations, check_look
+from socialnav_env.rendering import drawing
 from socialnav_env.rendering.background import (
     floor_of,
     paint_background,
     paint_doorway,
     smooth_background,
 )
+from socialnav_env.rendering.camera import View, centred, view_of
 from socialnav_env.rendering.notes import paint_forces, paint_rays, paint_terms
+from socialnav_env.rendering.overlays import DEFAULT_OVERLAYS, Annotations, check_look
+from socialnav_env.rendering.scene import STANDING, Scene, breadcrumbs, stride
 from socialnav_env.rendering.sprites import Stamp, stamp, stamps
-from socialnav_env.scene import STANDING, Scene, breadcrumbs, stride
 
 DOT_SPACING, DOT_RADIUS, TRAIL_REACH = 0.22, 0.05, 60.0
 """Trail [m]: distance between dots, their radius, and the distance over which they fade."""

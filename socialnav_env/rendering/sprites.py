@@ -14,8 +14,8 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-from socialnav_env.camera import View
-from socialnav_env.drawing import Figure, Picture
+from socialnav_env.rendering.camera import View
+from socialnav_env.rendering.drawing import Figure, Picture
 
 TURNS = 120
 """Headings that a sprite is drawn at: one every 3 degrees."""

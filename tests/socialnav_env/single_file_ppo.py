@@ -15,17 +15,22 @@ GAMMA, LAMBDA, CLIP, RATE, EPOCHS, MINIBATCHES = 0.97, 0.95, 0.2, 2e-3, 10, 8
 
 
 class Agent(nn.Module):
-    def __init__(self, inputs, outputs):
+    def __init__(self, envs):
         super().__init__()
+        self.scale = tensor(envs.single_observation_space.high)
+        inputs, outputs = len(self.scale), envs.single_action_space.shape[0]
         self.critic = nn.Sequential(nn.Linear(inputs, 64), nn.Tanh(), nn.Linear(64, 1))
         self.actor = nn.Sequential(nn.Linear(inputs, 64), nn.Tanh(), nn.Linear(64, outputs))
         self.log_std = nn.Parameter(torch.full((outputs,), -0.5))
 
+    def mode(self, observations):
+        return self.actor(observations / self.scale)
+
     def policy(self, observations):
-        return Normal(self.actor(observations), self.log_std.exp())
+        return Normal(self.mode(observations), self.log_std.exp())
 
     def value(self, observations):
-        return self.critic(observations).squeeze(-1)
+        return self.critic(observations / self.scale).squeeze(-1)
 
 
 def tensor(array):
@@ -50,7 +55,7 @@ def train(envs, updates, steps, seed):
     generator = torch.Generator().manual_seed(seed)
     with torch.random.fork_rng():
         torch.manual_seed(seed)
-        agent = Agent(envs.single_observation_space.shape[0], envs.single_action_space.shape[0])
+        agent = Agent(envs)
     optimizer = torch.optim.Adam(agent.parameters(), lr=RATE)
     now = tensor(envs.reset(seed=seed)[0])
     for _ in range(updates):
@@ -81,7 +86,7 @@ def train(envs, updates, steps, seed):
                 loss.backward()
                 nn.utils.clip_grad_norm_(agent.parameters(), 0.5)
                 optimizer.step()
-    return lambda observation: agent.actor(tensor(observation)).detach().numpy()
+    return lambda observation: agent.mode(tensor(observation)).detach().numpy()
 
 
 def loss_of(agent, seen, acted, logged, gained, returns):

@@ -7,25 +7,33 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import socialnav_env  # noqa: F401 (registers the env)
-from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.config import DOORWAY_WALL, SCENARIOS, ConfigError, CorridorConfig
 
 FIELDS = dataclasses.fields(CorridorConfig)
-NUMBERS = [item for item in FIELDS if item.metadata]
+NUMBERS = [item for item in FIELDS if "low" in item.metadata]
 WHOLE = [item for item in NUMBERS if item.metadata.get("whole")]
-SWITCHES = [item for item in FIELDS if not item.metadata]
+WORDS = [item for item in FIELDS if "choices" in item.metadata]
+SWITCHES = [item for item in FIELDS if isinstance(item.default, bool)]
 
 
-def test_every_field_is_a_number_with_a_range_or_a_switch():
-    assert {item.name for item in SWITCHES} == {"terminate_on_goal", "terminate_on_collision"}
+def by_name(items):
+    return pytest.mark.parametrize("item", items, ids=lambda item: item.name)
+
+
+def test_every_field_is_a_number_with_a_range_or_a_word_or_a_switch():
+    assert len(NUMBERS) + len(WORDS) + len(SWITCHES) == len(FIELDS)
     for item in NUMBERS:
         assert item.metadata["low"] <= item.default <= item.metadata["high"]
+    for item in WORDS:
+        assert item.default == item.metadata["choices"][0]
 
 
 def test_an_unknown_keyword_is_named_with_all_valid_ones():
     with pytest.raises(ConfigError, match="unknown keyword num_people") as error:
         gym.make("SocialCorridor-v0", num_people=3)
-    for name in ["render_mode", "render_width", *(item.name for item in FIELDS)]:
-        assert name in str(error.value)
+    others = ["render_mode", "render_width", "camera", "overlays", "scenario"]
+    for name in [*others, *(item.name for item in FIELDS)]:
+        assert f" {name}" in str(error.value)
 
 
 def test_several_unknown_keywords_are_all_named():
@@ -33,7 +41,7 @@ def test_several_unknown_keywords_are_all_named():
         CorridorConfig.from_keywords(second=1, first=2)
 
 
-@pytest.mark.parametrize("item", NUMBERS, ids=lambda item: item.name)
+@by_name(NUMBERS)
 @pytest.mark.parametrize("bad", ["below", "above", math.nan, math.inf, "3", None, True])
 def test_a_value_out_of_range_is_named_with_its_range(item, bad):
     low, high = item.metadata["low"], item.metadata["high"]
@@ -43,13 +51,27 @@ def test_a_value_out_of_range_is_named_with_its_range(item, bad):
     assert f"[{low:g}, {high:g}]" in str(error.value)
 
 
-@pytest.mark.parametrize("item", WHOLE, ids=lambda item: item.name)
+@by_name(WHOLE)
 def test_a_count_is_whole(item):
     with pytest.raises(ConfigError, match=f"{item.name}=2.5: expected a whole number"):
         CorridorConfig(**{item.name: 2.5})
 
 
-@pytest.mark.parametrize("item", SWITCHES, ids=lambda item: item.name)
+@by_name(WORDS)
+@pytest.mark.parametrize("bad", ["", "crosss", 0, None, True, ["cross"]])
+def test_a_word_that_cannot_be_is_named_with_those_that_can(item, bad):
+    with pytest.raises(ConfigError, match=f"{item.name}=.*expected one of") as error:
+        CorridorConfig(**{item.name: bad})
+    assert str(error.value).endswith(", ".join(item.metadata["choices"]))
+
+
+@by_name(WORDS)
+def test_every_word_is_taken(item):
+    for word in item.metadata["choices"]:
+        assert getattr(CorridorConfig(**{item.name: word}), item.name) == word
+
+
+@by_name(SWITCHES)
 @pytest.mark.parametrize("bad", [0, 1.0, "yes", None])
 def test_a_switch_is_true_or_false(item, bad):
     with pytest.raises(ConfigError, match=f"{item.name}=.*expected True or False"):
@@ -77,9 +99,76 @@ def test_whatever_is_given_is_taken_as_it_is_or_refused_by_name(name, value):
         config = CorridorConfig(**{name: value})
     except ConfigError as error:
         named = str(error).split("=")[0]
-        assert named == name or (name == "half_length" and named.endswith("_z"))
+        assert named == name or (name, named) in {
+            ("half_length", anchor) for anchor in ("start_z", "intermittent_z", "goal_z")
+        }
     else:
         assert getattr(config, name) == value
+
+
+# --- scenarios -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_a_scenario_is_a_start_for_the_keywords_which_win(scenario):
+    config = CorridorConfig.from_keywords(scenario=scenario)
+    assert config == CorridorConfig(**SCENARIOS[scenario])
+    changed = CorridorConfig.from_keywords(scenario=scenario, num_humans=7, half_width=2.5)
+    assert changed == dataclasses.replace(config, num_humans=7, half_width=2.5)
+
+
+def test_scenarios_differ_and_the_papers_is_the_default():
+    configs = [CorridorConfig.from_keywords(scenario=name) for name in SCENARIOS]
+    assert len(set(configs)) == len(configs)
+    assert CorridorConfig.from_keywords() == CorridorConfig.from_keywords("paper")
+
+
+@pytest.mark.parametrize("bad", ["empt", "", None, 3, ["paper"]])
+def test_an_unknown_scenario_is_named_with_all_valid_ones(bad):
+    with pytest.raises(ConfigError, match="scenario=.*expected one of") as error:
+        CorridorConfig.from_keywords(scenario=bad)
+    assert all(name in str(error.value) for name in SCENARIOS)
+
+
+# --- the doorway ---------------------------------------------------------------------------------
+
+
+def test_everybody_fits_through_a_doorway():
+    sizes = {"robot_radius": 0.4, "human_radius": 0.3, "half_width": 2.5}
+    for width in (0.0, 1.0, 3.3, 5.0):
+        CorridorConfig(doorway_width=width, **sizes)
+    for width in (0.1, 0.99, 5.01):
+        with pytest.raises(ConfigError, match=rf"doorway_width={width}: .*\[1, 5\]"):
+            CorridorConfig(doorway_width=width, **sizes)
+
+
+def test_a_doorway_leaves_room_on_both_of_its_sides():
+    CorridorConfig(doorway_width=2.0, doorway_z=-13.0)
+    with pytest.raises(ConfigError, match=r"doorway_z=13.1 .*\[-13, 13\]"):
+        CorridorConfig(doorway_width=2.0, doorway_z=13.1)
+    CorridorConfig(doorway_width=0.0, doorway_z=14.9)  # no wall
+    with pytest.raises(ConfigError, match=r"doorway_z=13.0 .*\[-12.4, 12.4\]"):
+        CorridorConfig(doorway_width=2.4, doorway_z=13.0, human_radius=1.0)
+
+
+def test_the_jamb_is_where_the_rounded_end_of_the_wall_has_its_middle():
+    assert CorridorConfig().jamb == 0.0
+    assert CorridorConfig(doorway_width=1.8).jamb == pytest.approx(0.9 + 0.5 * DOORWAY_WALL)
+
+
+# --- time ----------------------------------------------------------------------------------------
+
+
+def test_nobody_can_jump_through_a_wall_in_one_physics_step():
+    # top speed 1.3 * (1 + 2 * .15) = 1.69; a body of radius .3 has to get .8 m into a wall of 1 m
+    CorridorConfig(timestep=0.47)
+    with pytest.raises(ConfigError, match=r"timestep=0.48: .*at most 0.473 s"):
+        CorridorConfig(timestep=0.48)
+    CorridorConfig(timestep=0.48, num_humans=0)  # the robot is slower
+    # and .4 m into the wall around a doorway
+    CorridorConfig(timestep=0.23, doorway_width=2.0)
+    with pytest.raises(ConfigError, match=r"timestep=0.24: .*at most 0.237 s"):
+        CorridorConfig(timestep=0.24, doorway_width=2.0)
 
 
 def test_derived_numbers():

@@ -8,6 +8,7 @@ import gymnasium as gym
 import numpy as np
 import pygame
 import pytest
+from episodes import episode, make
 from gymnasium.utils import env_checker
 from stable_baselines3.common import env_checker as sb3_checker
 
@@ -27,25 +28,6 @@ SETTINGS = [
     {"action": "holonomic", "ray_noise": 0.1, "tracking_noise": 0.1, "walking": "group"},
     LENIENT,
 ]
-
-
-def make(**settings):
-    return gym.make("SocialCorridor-v0", **settings)
-
-
-def episode(env, seed, steps=600):
-    """Everything that an episode with random actions tells."""
-    observation, info = env.reset(seed=seed)
-    rng = np.random.default_rng(seed)
-    told = [(observation.tolist(), 0.0, False, False, info)]
-    for _ in range(steps):
-        action = rng.uniform(-1.0, 1.0, env.action_space.shape)
-        action[0] += 0.5
-        observation, reward, terminated, truncated, info = env.step(action)
-        told.append((observation.tolist(), reward, terminated, truncated, info))
-        if terminated or truncated:
-            break
-    return told
 
 
 # --- what others expect of an env ----------------------------------------------------------------
@@ -113,7 +95,7 @@ def test_episodes_after_the_first_are_equal_too():
 PROGRAM = """
 import json, sys
 sys.path.insert(0, {folder!r})
-from test_env import episode, make
+from episodes import episode, make
 print(json.dumps(episode(make(), 11)))
 """
 

@@ -5,9 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from socialnav_env.camera import centred, view_of
 from socialnav_env.config import ConfigError, CorridorConfig
-from socialnav_env.overlays import METRES_PER_FORCE, arrow, bar_share, check_look, ray_ends
 from socialnav_env.rendering import (
     CAMERAS,
     DEFAULT_OVERLAYS,
@@ -17,6 +15,14 @@ from socialnav_env.rendering import (
     SceneError,
     draw_scene,
     tile,
+)
+from socialnav_env.rendering.camera import centred, view_of
+from socialnav_env.rendering.overlays import (
+    METRES_PER_FORCE,
+    arrow,
+    bar_share,
+    check_look,
+    ray_ends,
 )
 
 CONFIG = CorridorConfig()

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from socialnav_env import drawing
+from socialnav_env.rendering import drawing
 from socialnav_env.config import DOORWAY_WALL, CorridorConfig
 from socialnav_env.rendering import Scene, SceneError, draw_scene, world_to_pixel
+from socialnav_env.rendering.scene import breadcrumbs, stride
 from socialnav_env.rendering.sprites import sprite_folder
-from socialnav_env.scene import breadcrumbs, stride
 
 CONFIG = CorridorConfig()
 GOALS = np.array([[0.3, -2.5], [-0.5, 12.0]])

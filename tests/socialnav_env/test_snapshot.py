@@ -184,26 +184,30 @@ PROGRAM = """
 import pickle, sys
 sys.path.insert(0, {folder!r})
 import test_snapshot as t
-env, snapshot, actions = pickle.load(sys.stdin.buffer)
-fresh = t.make_vec("noisy") if hasattr(env, "num_envs") else t.make("noisy")
-fresh.set_snapshot(snapshot)
-print(t.digest(t.told_by(fresh, actions)), t.digest(t.told_by(env, actions)))
+for making, (env, snapshot, actions) in zip((t.make, t.make_vec), pickle.load(sys.stdin.buffer)):
+    fresh = making("noisy")
+    fresh.set_snapshot(snapshot)
+    print(t.digest(t.told_by(fresh, actions)), t.digest(t.told_by(env, actions)))
 """
 
 
-@pytest.mark.parametrize("making", [make, make_vec])
-def test_another_process_goes_on_from_a_snapshot_and_from_a_pickled_env(making):
-    env, rng, here = making("noisy"), np.random.default_rng(0), Path(__file__).parent
-    env.reset(seed=0, options=VARIED)
-    drive(env, actions_of(env, rng, 30))
-    actions = actions_of(env, rng, 20)
-    given = pickle.dumps((env, env.get_snapshot(), actions))
-    program = PROGRAM.format(folder=str(here))
+def test_another_process_goes_on_from_a_snapshot_and_from_a_pickled_env():
+    given, expected = [], []
+    for env in (make("noisy"), make_vec("noisy")):
+        rng = np.random.default_rng(0)
+        env.reset(seed=0, options=VARIED)
+        drive(env, actions_of(env, rng, 30))
+        actions = actions_of(env, rng, 20)
+        given.append(pickle.dumps((env, env.get_snapshot(), actions)))
+        expected += [digest(told_by(env, actions))] * 2
+    here = Path(__file__).parent
     done = subprocess.run(
-        [sys.executable, "-c", program], input=given, capture_output=True, check=True, timeout=120,
-        cwd=here.parents[1], env={**os.environ, "PYTHONHASHSEED": "7"},
+        [sys.executable, "-c", PROGRAM.format(folder=str(here))],
+        input=pickle.dumps([pickle.loads(one) for one in given]),
+        capture_output=True, check=True, timeout=120, cwd=here.parents[1],
+        env={**os.environ, "PYTHONHASHSEED": "7"},
     )  # fmt: skip
-    assert done.stdout.decode().split() == [digest(told_by(env, actions))] * 2
+    assert done.stdout.decode().split() == expected
 
 
 # --- one by one ----------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from socialnav_env.config import ConfigError
-from socialnav_env.scene import SceneError, checked_array
+from socialnav_env.rendering.scene import SceneError, checked_array
 
 OVERLAYS = ("rays", "personal_space", "forces", "reward", "trajectory")
 """The overlays there are."""
@@ -95,7 +95,8 @@ def arrow(force: NDArray[np.float64], start: float) -> NDArray[np.float64]:
     """
     size = float(np.hypot(*force))
     length = min(METRES_PER_FORCE * size, LONGEST_ARROW)
-    half, head = 0.04, min(0.24, length)
+    head = min(0.24, length)
+    half = head / 6.0  # a short arrow is a small one
     neck, tip = start + length - head, start + length
     ahead = np.array([start, neck, neck, tip, neck, neck, start])
     aside = np.array([half, half, 3.0 * half, 0.0, -3.0 * half, -half, -half])
