@@ -156,6 +156,7 @@ def test_copies_and_pickles_of_wrapped_envs_go_on_too(kind, seed, before, copied
     samples = [[one.action_space.sample().tolist() for _ in range(20)] for one in (env, other)]
     assert samples[0] == samples[1]
     assert told_by(other, samples[0]) == told_by(env, samples[0])
+    np.testing.assert_array_equal(other.unwrapped.data.qpos, env.unwrapped.data.qpos)
 
 
 @settings(deadline=None, max_examples=15)

@@ -1,4 +1,5 @@
 import copy
+import doctest
 
 import gymnasium as gym
 import numpy as np
@@ -73,7 +74,11 @@ def test_it_tells_what_single_envs_in_gymnasiums_sync_vector_env_tell(mode, sett
         theirs.observation_space,
         theirs.action_space,
     )
-    for mine, yours in zip(ours.reset(seed=7), theirs.reset(seed=7), strict=True):
+    # A mask alone leaves our other options as they are, Gymnasium's resets the single envs with {}.
+    varied = mode is not AutoresetMode.DISABLED
+    options = {"human_speed": (0.3, 0.9), "goal_z": (-1.0, 1.0)} if varied else {}
+    first = (env.reset(seed=7, options=dict(options)) for env in (ours, theirs))
+    for mine, yours in zip(*first, strict=True):
         assert_same(mine, yours)
     rng, ends = np.random.default_rng(0), 0
     for _ in range(140):
@@ -115,6 +120,11 @@ def test_make_vec_makes_one_world():
     assert env.single_action_space == single.action_space
     assert env.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
     assert SocialCorridorVectorEnv.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+
+
+def test_the_example_runs():
+    tests = doctest.DocTestFinder(recurse=False).find(SocialCorridorVectorEnv, globs={})
+    assert doctest.DocTestRunner().run(tests[0]) == (0, 6)
 
 
 @pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
@@ -419,7 +429,7 @@ def test_infos_as_a_list():
     assert [set(METRICS) <= set(info["final_info"]) for info in infos] == [True, True]
 
 
-# --- far ------------------------------------------------------------------------------------------
+# --- many steps ----------------------------------------------------------------------------------
 
 
 def test_nothing_leaves_the_corridor_in_many_random_steps():
