@@ -101,7 +101,8 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
         ended = running & (terminated | truncated)
         if ended.any():
             for name, values in info.get("final_info", {}).items():
-                if isinstance(values, np.ndarray) and values.dtype.kind in "fib":
+                mask = name.startswith("_")
+                if not mask and isinstance(values, np.ndarray) and values.dtype.kind in "fib":
                     column = final.setdefault(name, np.full(env.num_envs, np.nan))
                     column[ended] = values[ended]
             running &= ~ended

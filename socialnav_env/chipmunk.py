@@ -6,7 +6,7 @@ than the physics. The functions called here are those that they call, of the sam
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -16,12 +16,32 @@ from pymunk._chipmunk_cffi import ffi, lib
 
 from socialnav_env.kernels import FloatArray
 
+PURGE_TIME = 1e-9
+"""A step this short [s] only serves to forget contacts."""
 _PAIR = batch.ArbiterFields.BODY_A_ID | batch.ArbiterFields.BODY_B_ID
 
 
 def stepper(space: pymunk.Space) -> Callable[[float], None]:
     """A function that advances the space by so many seconds; for a space without callbacks."""
     return partial(lib.cpSpaceStep, space._space)
+
+
+def forgetter(space: pymunk.Space) -> Callable[[], None]:
+    """A function that drops the space's memory of contacts.
+
+    pymunk starts a lasting contact from its last impulses, which cannot be read or set. With
+    `collision_persistence = 0` they are dropped, and contacts do not push at all: hence only for
+    one more step of a space whose bodies have been read.
+    """
+    persistence = partial(lib.cpSpaceSetCollisionPersistence, space._space)
+    kept, step = space.collision_persistence, stepper(space)
+
+    def forget() -> None:
+        persistence(0)
+        step(PURGE_TIME)
+        persistence(kept)
+
+    return forget
 
 
 class Transfer:
@@ -75,12 +95,15 @@ class Contacts:
             _batched(self._buffer, _PAIR.value),
         )
 
-    def pairs(self) -> list[tuple[int, int]]:
+    def pairs(self) -> Sequence[tuple[int, int]]:
         """The ids (`Body.id`) of each two bodies that touch, a wall counting as the static body."""
-        self._ids.num = 0
+        ids = self._ids
+        ids.num = 0
         self._collect()
-        ids = ffi.unpack(self._ids.arr, self._ids.num) if self._ids.num else []
-        return list(zip(ids[::2], ids[1::2], strict=True))
+        if ids.num == 0:
+            return ()
+        flat = ffi.unpack(ids.arr, ids.num)
+        return list(zip(flat[::2], flat[1::2], strict=True))
 
 
 def _batched(buffer: batch.Buffer, fields: int) -> Any:

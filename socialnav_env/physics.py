@@ -9,15 +9,15 @@ import numpy as np
 import pymunk
 from pymunk import batch
 
-from socialnav_env.chipmunk import Contacts, Transfer, stepper
+from socialnav_env.chipmunk import Contacts, Transfer, forgetter, stepper
 from socialnav_env.config import DOORWAY_WALL, OUTER_WALL, CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
 CELL, CELLS = 2.0, 100
 """Spatial hash: pairs are found in an order that does not depend on what happened before, which
 the default tree cannot promise and exact restore needs."""
-PURGE_TIME = 1e-9
-"""A step this short [s] only serves to forget contacts."""
+PERSON, SURFACE = 0, 1
+"""Columns of `contacts`: the robot touched a person, a wall."""
 
 _FIELDS = (
     batch.BodyFields.POSITION
@@ -175,6 +175,28 @@ def move(
     return left
 
 
+@kernel
+def load(
+    bodies: FloatArray, commands: FloatArray, parameters: FloatArray, rows: FloatArray
+) -> None:
+    """Write what pymunk is to start one corridor's step from.
+
+    Args:
+        bodies: (B, 6) z, x, angle, velocity z, x, angular.
+        commands: (B, 3) wanted velocity z, x and angular.
+        parameters: Row of PhysicsParameters.
+        rows: (B, 8) written: z, x, angle, velocity z, x, angular, force z, x.
+    """
+    p = physics_from(parameters)
+    for i in range(bodies.shape[0]):
+        body, command, row = bodies[i], commands[i], rows[i]
+        mass = p.robot_mass if i == 0 else p.human_mass
+        row[0], row[1], row[2], row[3], row[4] = body[0], body[1], body[2], body[3], body[4]
+        row[5] = command[2]
+        row[6] = push(command[0], body[3], mass, p.timestep)
+        row[7] = push(command[1], body[4], mass, p.timestep)
+
+
 class Physics:
     """Moves the bodies of N corridors.
 
@@ -204,13 +226,13 @@ class Physics:
         self._space.collision_persistence = 1
         self._add_walls()
         bodies = self._add_bodies()
-        self._slots = {body.id: slot for slot, body in enumerate(bodies)}
-        self._masses = np.array([[body.mass] for body in bodies])
+        self._kinds = _contact_kinds(bodies, self._space.static_body)
         rows = np.zeros((len(bodies) + 2, 8))
         self._rows = rows[: len(bodies)]
         self._transfer = Transfer(self._space, _FIELDS, rows)
         self._contacts = Contacts(self._space)
         self._advance = stepper(self._space)
+        self._forget = forgetter(self._space)
 
     def __reduce__(self) -> tuple[type[Physics], tuple[CorridorConfig, int]]:
         """Nothing but the sizes: a copy is built anew."""
@@ -262,32 +284,26 @@ class Physics:
         self, frames: int, bodies: FloatArray, commands: FloatArray, contacts: BoolArray
     ) -> None:
         """Let pymunk move one corridor's bodies, who may touch each other and walls."""
-        rows, step = self._rows, self._config.timestep
-        rows[:, :5] = bodies[:, :5]
-        rows[:, 5] = commands[:, 2]
-        rows[:, 6:] = self._masses * (commands[:, :2] - bodies[:, 3:5]) / step
+        load(bodies, commands, self._parameters, self._rows)
         self._transfer.write()
         touched = False
         for _ in range(frames):
-            self._advance(step)
+            self._advance(self._config.timestep)
             for pair in self._contacts.pairs():
                 touched = True
-                slots = sorted(self._slots.get(key, -1) for key in pair)
-                if 0 in slots:
-                    contacts[1 if -1 in slots else 0] = True
+                kind = self._kinds.get(pair)
+                if kind is not None:
+                    contacts[kind] = True
         self._transfer.read()
-        bodies[...] = rows[:, :6]
+        bodies[...] = self._rows[:, :6]
         if touched:
-            self._forget_contacts()
+            self._forget()
 
-    def _forget_contacts(self) -> None:
-        """Drop pymunk's memory of contacts, so that the state is in the arrays alone.
 
-        pymunk starts a lasting contact from its last impulses. They cannot be read or set, so a
-        restored corridor would differ from the one it was copied from. With
-        `collision_persistence = 0` they are dropped, and contacts do not push at all: hence only
-        for one more step of a Space whose state has been read.
-        """
-        self._space.collision_persistence = 0
-        self._advance(PURGE_TIME)
-        self._space.collision_persistence = 1
+def _contact_kinds(bodies: list[pymunk.Body], walls: pymunk.Body) -> dict[tuple[int, int], int]:
+    """Pair of `Body.id` -> PERSON or SURFACE, for pairs of which the robot is one."""
+    robot, *people = [body.id for body in bodies]
+    kinds = {}
+    for other, kind in [*((person, PERSON) for person in people), (walls.id, SURFACE)]:
+        kinds[robot, other] = kinds[other, robot] = kind
+    return kinds

@@ -23,9 +23,9 @@ ACCELERATION = 4.0
 """Bounds the window of speeds [m/s^2]."""
 TURN_ACCELERATION = 10.0
 """Bounds the window of turn rates [rad/s^2]."""
-HEADING_WEIGHT = 0.2
+HEADING_WEIGHT = 0.1
 """Of looking at the target, beside the progress that counts 1 at top speed."""
-CLEARANCE_WEIGHT = 1.0
+CLEARANCE_WEIGHT = 2.0
 """Of keeping everybody's personal space free."""
 COLLISION_WEIGHT = 2.0
 """Taken once for a collision at the horizon, and up to twice for an earlier one."""
