@@ -1,4 +1,9 @@
-"""Make the corridor, drive straight towards the end goal, and keep the episode as a GIF."""
+"""Make the corridor, drive straight towards the end goal, and keep the episode as a GIF.
+
+    python examples/watch.py corridor.gif
+
+The docstring of `socialnav_env.SocialCorridorEnv` says what the observation's entries are.
+"""
 
 import sys
 from pathlib import Path
@@ -15,7 +20,7 @@ def main(path: Path) -> None:
     observation, _ = env.reset(seed=0)
     frames, ended = [], False
     while not ended:
-        sine = observation[13]  # of the end goal's bearing; the docstring has the whole table
+        sine = observation[13]  # of the end goal's bearing: positive is to the left
         action = np.array([1.0, np.clip(2.0 * sine, -1.0, 1.0)], dtype=np.float32)
         observation, _, terminated, truncated, info = env.step(action)
         frames.append(env.render())

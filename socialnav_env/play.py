@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,6 +23,7 @@ from socialnav_env.config import SCENARIOS, ConfigError
 from socialnav_env.env import SocialCorridorEnv
 from socialnav_env.kernels import FloatArray
 from socialnav_env.keyboard import action_of
+from socialnav_env.metrics import NO_ONE
 from socialnav_env.recording import VIDEO_FORMATS, Recording, save_recording, write_video
 from socialnav_env.rendering import CAMERAS, DEFAULT_OVERLAYS, OVERLAYS, Window
 
@@ -59,14 +61,15 @@ class Drive:
         """Steps so far."""
         return len(self._actions)
 
-    def step(self, pressed: set[str]) -> None:
-        """Drive on as the keys say."""
+    def step(self, pressed: set[str]) -> bool:
+        """Drive on as the keys say; tells whether the episode ended by it."""
         action = action_of(pressed, self._corridor.config.action)
         observation, reward, self.terminated, self.truncated, self.info = self._env.step(action)
         self._actions.append(action)
         self._rewards.append(float(reward))
         self._observations.append(observation)
         self._states.append(self._corridor.state_row())
+        return self.over
 
     def recording(self, keywords: dict[str, Any]) -> Recording:
         """The episode so far, with at least one step."""
@@ -83,14 +86,14 @@ class Drive:
 
     def summary(self) -> str:
         """How it went, in a line."""
-        success, collisions = self.info["success"] > 0, int(self.info["collisions"])
-        end = (
-            "goal reached" if success else f"collisions: {collisions}" if collisions else "no goal"
-        )
-        return (
-            f"seed {self.seed}: {end} after {self.info['time_to_goal']:.1f} s, closest to a person "
-            f"{self.info['min_human_distance']:.2f} m, return {sum(self._rewards):.2f}"
-        )
+        if self.info["success"] > 0:
+            end = "goal reached"
+        else:
+            end = "collision" if self.info["collisions"] > 0 else "no goal"
+        near = self.info["min_human_distance"]
+        people = f", closest to a person {near:.2f} m" if near < NO_ONE else ""
+        seconds, total = self.info["time_to_goal"], sum(self._rewards)
+        return f"seed {self.seed}: {end} after {seconds:.1f} s{people}, return {total:.2f}"
 
 
 def play(env: Env, window: Window, seed: int, keep: Callable[[Drive], object]) -> None:
@@ -112,8 +115,7 @@ def play(env: Env, window: Window, seed: int, keep: Callable[[Drive], object]) -
         if "r" in pressed:
             drive = Drive(env, drive.seed)
         elif not drive.over:
-            drive.step(pressed)
-            if drive.over:
+            if drive.step(pressed):
                 keep(drive)
         elif "space" in pressed:
             drive = Drive(env, drive.seed + 1)
@@ -193,6 +195,8 @@ def main(arguments: Sequence[str] | None = None, window: Window | None = None) -
     chosen = parser.parse_args(arguments)
     if chosen.video is not None and chosen.out is None:
         parser.error("--video needs --out DIR")
+    if chosen.video == "mp4" and find_spec("imageio_ffmpeg") is None:
+        parser.error("--video mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg, or use gif")
     if chosen.seed < 0:
         parser.error(f"--seed {chosen.seed}: expected a whole number of at least 0")
     keywords = {"scenario": chosen.scenario, "action": chosen.action}

@@ -111,10 +111,12 @@ def write_video(path: Path, recording: Recording, render: Render, fps: float) ->
     """
     if path.suffix not in (f".{name}" for name in VIDEO_FORMATS):
         raise ValueError(f"{path.name}: expected a name that ends in one of {VIDEO_FORMATS}")
-    timing = {"duration": 1000.0 / fps, "loop": 0} if path.suffix == ".gif" else {"fps": fps}
+    gif = path.suffix == ".gif"
+    timing: dict[str, Any] = {"duration": 1000.0 / fps, "loop": 0} if gif else {"fps": fps}
 
     def write(temporary: Path) -> None:
-        with imageio.get_writer(temporary, **timing) as video:
+        writer: Any = imageio.get_writer(temporary, **timing)
+        with writer as video:
             for t, row in enumerate(recording.states):
                 video.append_data(render(row, recording.states[: t + 1, :2]))
 

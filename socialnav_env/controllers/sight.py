@@ -38,7 +38,8 @@ def sight_of(observations: FloatArray, config: CorridorConfig) -> Sight:
     robot[:, 3:5] = _turned(observations[:, 4:6], cos[:, 0], sin[:, 0])
     robot[:, 5] = observations[:, 6]
 
-    people = observations[:, people_entries(config)].reshape(-1, config.num_humans, PER_HUMAN)
+    shape = len(observations), config.num_humans, PER_HUMAN
+    people = observations[:, people_entries(config)].reshape(shape)
     bodies[:, 1:, :2] = robot[:, None, :2] + _turned(people[..., :2], cos, sin)
     bodies[:, 1:, 3:5] = robot[:, None, 3:5] + _turned(people[..., 2:], cos, sin)
 

@@ -23,7 +23,8 @@ class SocialForceRobot(Controller):
     Helbing and Molnar, Social force model for pedestrian dynamics, Phys. Rev. E 51 (1995), with
     the corridor's own values, the robot's radius and its top speed as the preferred one. As a
     controller: Ferrer, Garrell and Sanfeliu, Robot companion: a social-force based approach with
-    human awareness-navigation in crowded environments, IROS 2013.
+    human awareness-navigation in crowded environments, IROS 2013. The walls' repulsion closes
+    doorways narrower than 1.2 m: it stops before them.
     """
 
     def __init__(self, config: CorridorConfig) -> None:

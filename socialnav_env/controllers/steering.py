@@ -79,8 +79,10 @@ def way_to(
     if before < -clear or (before < 0.0 and not in_line):
         return to_z, to_x
     crossing = x + (to_x - x) * max(before, 0.0) / (before + (to_z - p.doorway_z) * side)
-    ahead = APPROACH if in_line else -APPROACH
-    return p.doorway_z + side * ahead, min(max(crossing, -free), free)
+    if in_line:
+        return p.doorway_z + side * APPROACH, min(max(crossing, -free), free)
+    # Well inside the line, so that it is crossed before this point is reached.
+    return p.doorway_z - side * APPROACH, min(max(crossing, -0.5 * free), 0.5 * free)
 
 
 def actions_for(velocities: FloatArray, headings: FloatArray, config: CorridorConfig) -> FloatArray:

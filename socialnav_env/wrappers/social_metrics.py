@@ -38,7 +38,7 @@ class SocialMetrics(EpisodeMetrics[Observation, Action], Generic[Observation, Ac
         >>> table["timeout"].mean, table["stalled_time"].mean, table["stalled_time"].unit
         (1.0, 0.5, 's')
         >>> print(table.to_markdown().splitlines()[2])
-        | success | 0 [0, 0.562] | - | 3 |
+        | success | 0 [0, 0.561] | - | 3 |
     """
 
     def __init__(self, env: gym.Env[Observation, Action]) -> None:

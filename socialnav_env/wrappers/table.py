@@ -93,8 +93,14 @@ class MetricsTable:
         raise KeyError(f"{name!r}: expected one of {', '.join(row.name for row in self.rows)}")
 
     def as_dicts(self) -> list[dict[str, Any]]:
-        """The rows as plain dicts, for JSON or a data frame."""
-        return [dataclasses.asdict(row) for row in self.rows]
+        """The rows as plain dicts, for JSON or a data frame; None where no number is known."""
+        return [
+            {
+                key: None if isinstance(value, float) and math.isnan(value) else value
+                for key, value in dataclasses.asdict(row).items()
+            }
+            for row in self.rows
+        ]
 
     def to_markdown(self) -> str:
         """A Markdown table: metric, mean with its interval, unit, number of episodes."""

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import bodies_of
 
@@ -11,6 +11,7 @@ from socialnav_env.metrics import (
     METRICS,
     NO_ONE,
     NUM_TALLIES,
+    STRAIGHT,
     TIME_HORIZON,
     count_step,
     metric_parameters,
@@ -19,6 +20,7 @@ from socialnav_env.metrics import (
     summarise,
     time_to_touch,
 )
+from socialnav_env.world import World
 
 CONFIG = CorridorConfig(
     timestep=0.05, frame_skip=2, robot_radius=0.3, human_radius=0.3, goal_radius=1.0,
@@ -33,7 +35,8 @@ class Episode:
     def __init__(self, robot, goal=(12.0, 0.0)):
         self.flags = np.zeros((1, 2), dtype=np.bool_)
         self.tallies = np.zeros((1, NUM_TALLIES))
-        start_tallies(bodies_of(robot)[0, 0], np.array(goal), ROW, self.tallies[0])
+        way = math.hypot(goal[0] - robot[0], goal[1] - robot[1])
+        start_tallies(bodies_of(robot)[0, 0], way, ROW, self.tallies[0])
 
     def step(self, robot, people=(), person=False, wall=False, collided=False):
         count_step(
@@ -57,9 +60,9 @@ def test_the_start_of_an_episode():
     metrics = Episode((0.0, 0.0)).metrics
     assert metrics["min_human_distance"] == NO_ONE
     assert metrics["min_time_to_collision"] == TIME_HORIZON
-    assert metrics["personal_space_compliance"] == 1.0
+    assert metrics["personal_space_compliance"] == metrics["public_share"] == 1.0
     others = set(METRICS) - {
-        "min_human_distance", "min_time_to_collision", "personal_space_compliance"
+        "min_human_distance", "min_time_to_collision", "personal_space_compliance", "public_share",
     }  # fmt: skip
     assert all(metrics[name] == 0.0 for name in others)
 
@@ -102,6 +105,24 @@ def test_spl_is_at_most_one():
     assert at_goal.metrics["spl"] == 1.0
 
 
+def test_spl_counts_the_way_through_the_doorway():
+    config = CorridorConfig(
+        num_humans=0, start_z=1.0, goal_z=3.0, doorway_z=2.0, doorway_width=1.0, anchor_jitter=2.5
+    )
+    longer = []
+    for seed in range(20):
+        world = World(config, 1)
+        world.begin(0, np.random.default_rng(seed))
+        (z, x), (to_z, to_x) = world.state.bodies[0, 0, :2], world.state.goals[0, 1]
+        direct, shortest = math.hypot(to_z - z, to_x - x), world.state.tallies[0, STRAIGHT]
+        doors = np.linspace(-0.2, 0.2, 2001)  # for the robot's centre
+        ways = np.hypot(2.0 - z, doors - x) + np.hypot(to_z - 2.0, to_x - doors)
+        expected = ways.min() if to_z > 2.0 else direct
+        assert shortest == pytest.approx(max(expected - config.goal_radius, 0.0), abs=1e-6)
+        longer.append(shortest > direct - config.goal_radius + 0.01)
+    assert any(longer) and not all(longer)
+
+
 def test_stalled_time():
     episode = Episode((0.0, 0.0))
     for speed in (0.0, 0.04, 0.06, 0.5):
@@ -119,6 +140,47 @@ def test_distance_to_people_and_personal_space():
     episode.step((0.0, 0.0), [(3.0, 4.0), (0.0, 2.5)])
     assert episode.metrics["min_human_distance"] == pytest.approx(0.4)
     assert episode.metrics["personal_space_compliance"] == pytest.approx(0.75)
+
+
+BANDS = ("intimate_share", "personal_share", "social_share", "public_share")
+
+
+@pytest.mark.parametrize(
+    ("gap", "band"),
+    [
+        (-0.1, 0), (0.0, 0), (0.44, 0), (0.46, 1), (1.19, 1), (1.21, 2), (3.59, 2), (3.61, 3),
+        (20.0, 3),
+    ],
+)  # fmt: skip
+def test_the_bands_of_distance_by_hand(gap, band):
+    episode = Episode((0.0, 0.0))
+    episode.step((0.0, 0.0), [(0.0, 25.0), (0.6 * (gap + 0.6), -0.8 * (gap + 0.6))])
+    assert [episode.metrics[name] for name in BANDS] == np.eye(4)[band].tolist()
+
+
+def test_shares_of_the_bands_over_an_episode_by_hand():
+    episode = Episode((0.0, 0.0))
+    for gap in (0.2, 0.5, 0.6, 1.0, 2.0, 2.0, 4.0, 9.0):
+        episode.step((0.0, 0.0), [(gap + 0.6, 0.0)])
+    shares = [episode.metrics[name] for name in BANDS]
+    assert shares == pytest.approx([0.125, 0.375, 0.25, 0.25])
+    # where personal space ends with its band, keeping out of it is the rest
+    assert episode.metrics["personal_space_compliance"] == pytest.approx(sum(shares[2:]))
+
+
+@settings(deadline=None)
+@given(st.lists(st.lists(st.tuples(*[st.floats(-9.0, 9.0)] * 2), max_size=3), max_size=20))
+def test_shares_of_the_bands_sum_to_one(crowds):
+    episode = Episode((0.0, 0.0))
+    for people in crowds:
+        episode.step((0.0, 0.0), people)
+    shares = [episode.metrics[name] for name in BANDS]
+    assert sum(shares) == pytest.approx(1.0)
+    assert all(-1e-12 <= share <= 1.0 for share in shares)
+
+
+def test_with_nobody_there_all_is_public():
+    assert Episode((0.0, 0.0)).step((0.0, 0.0)).metrics["public_share"] == 1.0
 
 
 def test_an_overlap_is_distance_zero():
@@ -143,6 +205,7 @@ def test_time_to_touch_by_hand():
     assert time_to_touch(2.0, 0.36, -1.0, 0.0, 0.6) == pytest.approx(1.52)
 
 
+@settings(deadline=None)
 @given(st.floats(0.7, 5.0), st.floats(-3.0, 3.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
 def test_at_the_time_to_touch_they_touch(dz, dx, vz, vx):
     time = time_to_touch(dz, dx, vz, vx, 0.6)
@@ -182,7 +245,7 @@ def test_corridors_are_counted_apart():
     tallies, flags = np.zeros((2, NUM_TALLIES)), np.zeros((2, 2), dtype=np.bool_)
     bodies = np.concatenate([bodies_of((0.0, 0.0)), bodies_of((1.0, 1.0))])
     for body, tally in zip(bodies, tallies, strict=True):
-        start_tallies(body[0], np.array([12.0, 0.0]), ROW, tally)
+        start_tallies(body[0], 12.0, ROW, tally)
     bodies[1, 0, 0] += 0.5
     none = np.zeros((2, 2), dtype=np.bool_)
     count_step(bodies, flags, none, np.array([False, True]), ROW, tallies)

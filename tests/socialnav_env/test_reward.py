@@ -1,19 +1,26 @@
+import dataclasses
+import math
+
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import bodies_of
 
 from socialnav_env.config import CorridorConfig
 from socialnav_env.reward import (
     TERMS,
+    effort,
     proximity_share,
     remaining_way,
     reward,
     reward_parameters,
     rewards_from,
+    shortest_way,
+    way,
 )
 from socialnav_env.state import LONG_AGO
+from socialnav_env.world import World
 
 CONFIG = CorridorConfig(
     robot_radius=0.3, human_radius=0.3, intermittent_radius=0.8, goal_radius=1.0,
@@ -22,6 +29,7 @@ CONFIG = CorridorConfig(
     progress_weight=0.5, control_penalty=0.01,
 )  # fmt: skip
 GOALS = ((-2.5, 0.0), (12.0, 0.0))
+compiled = settings(deadline=None)
 
 
 class Scorer:
@@ -37,7 +45,8 @@ class Scorer:
         self.ended = np.zeros(1, dtype=np.bool_)
 
     def start(self, *robot):
-        self.remaining[0] = remaining_way(bodies_of(robot)[0, 0], self.goals[0], self.flags[0])
+        body = bodies_of(robot)[0, 0]
+        self.remaining[0] = remaining_way(body, self.goals[0], self.flags[0], self.row)
         return self
 
     def score(self, robot, people=(), action=(-1.0, 0.0), person=False, wall=False):
@@ -109,6 +118,29 @@ def test_control_by_hand():
     assert Scorer().score((0, 0), action=(-1.0, 0.0))["reward_control"] == 0.0
 
 
+def test_control_of_a_holonomic_base_by_hand():
+    scorer = Scorer()
+    # the shares of top speed are squared and summed, at most 1; half turn rate costs .25
+    for action, cost in [
+        ((0.0, 0.0, 0.0), 0.0),
+        ((-0.6, 0.0, 0.0), 0.36),
+        ((0.6, -0.6, 0.5), 0.97),
+        ((1.0, 1.0, 1.0), 2.0),
+    ]:
+        paid = scorer.score((0.0, 0.0), action=action)["reward_control"]
+        assert paid == pytest.approx(-0.01 * cost)
+
+
+@compiled
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3))
+def test_effort_is_that_of_the_velocity_which_the_action_brings_about(action):
+    ahead, left, turn = action
+    speed = min(math.hypot(ahead, left), 1.0)
+    assert effort(np.array(action)) == pytest.approx(speed**2 + turn**2)
+    forward = effort(np.array([ahead, turn]))
+    assert forward == pytest.approx((0.5 * (ahead + 1.0)) ** 2 + turn**2)
+
+
 def test_progress_by_hand():
     scorer = Scorer().start(-14.0, 0.0)
     assert scorer.score((-13.0, 0.0))["reward_progress"] == pytest.approx(0.5)
@@ -118,24 +150,99 @@ def test_progress_by_hand():
 def test_the_way_leads_over_the_intermittent_goal_while_it_is_ahead():
     goals, none = np.array([(-2.0, 3.0), (12.0, 3.0)]), np.array([False, False])
 
-    def way(z, x, flags=none):
-        return remaining_way(np.array([z, x, 0.0, 0.0, 0.0, 0.0]), goals, np.array(flags))
+    def left(z, x, flags=none):
+        body, row = np.array([z, x, 0.0, 0.0, 0.0, 0.0]), np.array(reward_parameters(CONFIG))
+        return remaining_way(body, goals, np.array(flags), row)
 
-    assert way(-6.0, 0.0) == pytest.approx(5.0 + 14.0)
-    assert way(-6.0, 3.0, (True, False)) == pytest.approx(18.0)
-    assert way(8.0, 0.0) == pytest.approx(5.0)
-    assert way(8.0, 0.0, (True, True)) == 0.0
+    assert left(-6.0, 0.0) == pytest.approx(5.0 + 14.0)
+    assert left(-6.0, 3.0, (True, False)) == pytest.approx(18.0)
+    assert left(8.0, 0.0) == pytest.approx(5.0)
+    assert left(8.0, 0.0, (True, True)) == 0.0
 
 
+DOOR = dataclasses.replace(CONFIG, doorway_width=1.8, doorway_z=2.0)
 steps = st.lists(st.tuples(st.floats(-15.0, 15.0), st.floats(-3.0, 3.0)), min_size=1, max_size=30)
 
 
-@given(steps)
-def test_progress_telescopes_whatever_way_is_taken(way):
-    scorer = Scorer().start(-14.0, 0.5)
+@compiled
+@given(steps, st.sampled_from([CONFIG, DOOR]))
+def test_progress_telescopes_whatever_way_is_taken(places, config):
+    scorer = Scorer(config).start(-14.0, 0.5)
     first = scorer.remaining[0]
-    total = sum(scorer.score(place)["reward_progress"] for place in way)
+    total = sum(scorer.score(place)["reward_progress"] for place in places)
     assert total == pytest.approx(0.5 * (first - scorer.remaining[0]), abs=1e-9)
+    body = bodies_of(places[-1])[0, 0]
+    left = remaining_way(body, scorer.goals[0], scorer.flags[0], scorer.row)
+    assert scorer.remaining[0] == left
+
+
+# --- the way through a doorway -------------------------------------------------------------------
+
+DOOR_P = reward_parameters(DOOR)
+
+
+def test_the_way_through_a_doorway_by_hand():
+    # the robot's centre has .9 - .3 = .6 m to each side of the middle of the opening at z = 2
+    assert way(-1.0, -1.0, 5.0, 1.0, DOOR_P) == pytest.approx(math.hypot(6.0, 2.0))  # straight
+    assert way(-2.0, 2.6, 5.0, 2.6, DOOR_P) == pytest.approx(math.hypot(4, 2) + math.hypot(3, 2))
+    assert way(5.0, -2.6, -2.0, -0.6, DOOR_P) == pytest.approx(math.hypot(3.0, 2.0) + 4.0)
+    assert way(-2.0, 2.6, 1.0, -2.0, DOOR_P) == pytest.approx(math.hypot(3.0, 4.6))  # on this side
+    assert way(3.0, 2.6, 5.0, -2.0, DOOR_P) == pytest.approx(math.hypot(2.0, 4.6))  # on the other
+    no_wall = reward_parameters(CONFIG)
+    assert way(-2.0, 2.6, 5.0, 2.6, no_wall) == pytest.approx(7.0)
+
+
+places = st.floats(-14.0, 14.0), st.floats(-2.7, 2.7)
+
+
+@compiled
+@given(*places, *places)
+def test_no_way_through_the_doorway_is_shorter(z, x, to_z, to_x):
+    length = way(z, x, to_z, to_x, DOOR_P)
+    if (z < 2.0 < to_z) or (to_z < 2.0 < z):
+        doors = np.linspace(-0.6, 0.6, 2001)
+        ways = np.hypot(2.0 - z, doors - x) + np.hypot(to_z - 2.0, to_x - doors)
+        assert length <= ways.min() + 1e-12
+        assert length == pytest.approx(ways.min(), abs=1e-3)
+    else:
+        assert length == pytest.approx(math.hypot(to_z - z, to_x - x))
+
+
+@compiled
+@given(*places, *places)
+def test_the_way_back_is_as_long(z, x, to_z, to_x):
+    there, back = way(z, x, to_z, to_x, DOOR_P), way(to_z, to_x, z, x, DOOR_P)
+    assert there == pytest.approx(back)
+    assert way(z, -x, to_z, -to_x, DOOR_P) == pytest.approx(there)
+
+
+def test_the_whole_way_leads_through_the_doorway_twice_where_the_goals_lie_so():
+    goals, none = np.array([(4.0, 2.6), (-4.0, 2.6)]), np.zeros(2, dtype=np.bool_)
+    row = np.array(DOOR_P)
+    body = bodies_of((-4.0, 0.6))[0, 0]
+    back = math.hypot(2.0, 2.0) + math.hypot(6.0, 2.0)
+    assert remaining_way(body, goals, none, row) == pytest.approx(6.0 + math.hypot(2, 2) + back)
+    assert shortest_way(body, goals[1], row) == pytest.approx(2.0)
+    assert shortest_way(body, goals[0], row) == pytest.approx(6.0 + math.hypot(2.0, 2.0))
+
+
+def test_in_a_doorway_corridor_progress_sums_to_the_metres_gained():
+    config = CorridorConfig.from_keywords(
+        "doorway", num_humans=0, terminate_on_collision=False, progress_weight=0.5
+    )
+    world, column = World(config, 6), TERMS.index("reward_progress")
+    for n in range(6):
+        world.begin(n, np.random.default_rng(n))
+    first, total = world.state.remaining.copy(), np.zeros(6)
+    for _ in range(450):
+        z, x, angle = world.state.bodies[:, 0, :3].T
+        aim_x = np.where(z < config.doorway_z, 0.0, world.state.goals[:, 1, 1])
+        turn = np.clip(2.0 * (np.arctan2(aim_x - x, 1.5) - angle), -1.0, 1.0)
+        world.act(np.stack([np.ones(6), turn], axis=1))
+        total += world.terms[:, column]
+    assert world.state.flags[:, 1].all()  # everybody got through, and there
+    np.testing.assert_allclose(total, 0.5 * (first - world.state.remaining), atol=1e-9)
+    np.testing.assert_array_equal(world.state.remaining, 0.0)
 
 
 @pytest.mark.parametrize("on_goal", [True, False])

@@ -4,9 +4,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from socialnav_env import wrappers
 from socialnav_env.metrics import METRICS
-from socialnav_env.wrappers import EpisodeMetrics, FixedHorizon, RecordState
+from socialnav_env.wrappers import (
+    EpisodeMetrics,
+    FixedHorizon,
+    RecordState,
+    SocialMetrics,
+    VectorSocialMetrics,
+)
 
 ENVS = ["SocialCorridor-v0", "Walker2d-v5", "HalfCheetah-v5"]
 each_env = pytest.mark.parametrize("name", ENVS)
@@ -24,9 +29,11 @@ def crash(env):
     env.unwrapped.set_state(qpos, np.zeros_like(qpos))
 
 
-@pytest.mark.parametrize("wrapper", [FixedHorizon, RecordState, EpisodeMetrics])
+@pytest.mark.parametrize(
+    "wrapper", [FixedHorizon, RecordState, EpisodeMetrics, SocialMetrics, VectorSocialMetrics]
+)
 def test_the_example_in_the_docstring_runs(wrapper):
-    tests = doctest.DocTestFinder(recurse=False).find(wrapper, globs={}, module=wrappers)
+    tests = doctest.DocTestFinder(recurse=False).find(wrapper, globs={})
     assert len(tests) == 1
     assert doctest.DocTestRunner().run(tests[0]).failed == 0
 
@@ -224,7 +231,8 @@ def test_return_length_and_time_out_at_the_end_and_only_there(make_mujoco, name)
         assert metrics["length"] == length
         assert metrics["timeout"] == float(truncated)
         social = set(METRICS) if name.startswith("Social") else set()
-        assert set(metrics) == {"timeout", "return", "length"} | social
+        counted = {"collided"} if social else set()
+        assert set(metrics) == {"timeout", "return", "length"} | social | counted
         assert all(metrics[key] == info[key] for key in social)
 
 
@@ -237,6 +245,7 @@ def test_a_collision_is_no_time_out():
         info = env.step(np.array([1.0, 0.0]))[4]
     assert info["episode_metrics"]["timeout"] == 0.0
     assert info["episode_metrics"]["wall_collisions"] == 1.0
+    assert info["episode_metrics"]["collided"] == 1.0
 
 
 @pytest.mark.parametrize("reached", [False, True])
