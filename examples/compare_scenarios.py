@@ -51,11 +51,11 @@ def draw(tables) -> Figure:
 
 
 def main(out: Path, episodes: int, names: list[str]) -> None:
-    tables = {}
+    tables, count = {}, {"episodes": episodes, "num_envs": min(episodes, 50)}
     for name in names:
         config = CorridorConfig.from_keywords(**SETTINGS[name])
         tables[name] = {
-            controller: evaluate(robot(config), episodes=episodes, **SETTINGS[name])
+            controller: evaluate(robot(config), **count, **SETTINGS[name])
             for controller, robot in CONTROLLERS.items()
         }
         print(f"## {name}\n\n{compare(tables[name], SHOWN)}\n", flush=True)

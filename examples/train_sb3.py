@@ -46,7 +46,8 @@ def main(steps: int, num_envs: int, scenario: str, episodes: int, out: Path) -> 
         seed=0,
         device="cpu",
     )
-    policy, words = Normalised(model, envs), {"scenario": scenario, "episodes": episodes}
+    policy = Normalised(model, envs)
+    words = {"scenario": scenario, "episodes": episodes, "num_envs": min(episodes, 50)}
     tables = {"before": evaluate(policy, **words)}
     start = time.perf_counter()
     model.learn(steps)

@@ -2,12 +2,14 @@
 
 `Space.step` and `pymunk.batch` prepare each call in Python, which takes a single corridor longer
 than the physics. The functions called here are those that they call, of the same C library.
+
+Only the Space may hold on to its C structure, hence `space._space` in every call: whatever keeps
+that alive longer than the Space's bodies has it torn down while the garbage collector frees them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import pymunk
@@ -23,7 +25,11 @@ _PAIR = batch.ArbiterFields.BODY_A_ID | batch.ArbiterFields.BODY_B_ID
 
 def stepper(space: pymunk.Space) -> Callable[[float], None]:
     """A function that advances the space by so many seconds; for a space without callbacks."""
-    return partial(lib.cpSpaceStep, space._space)
+
+    def advance(seconds: float) -> None:
+        lib.cpSpaceStep(space._space, seconds)
+
+    return advance
 
 
 def forgetter(space: pymunk.Space) -> Callable[[], None]:
@@ -33,13 +39,12 @@ def forgetter(space: pymunk.Space) -> Callable[[], None]:
     `collision_persistence = 0` they are dropped, and contacts do not push at all: hence only for
     one more step of a space whose bodies have been read.
     """
-    persistence = partial(lib.cpSpaceSetCollisionPersistence, space._space)
-    kept, step = space.collision_persistence, stepper(space)
+    kept = space.collision_persistence
 
     def forget() -> None:
-        persistence(0)
-        step(PURGE_TIME)
-        persistence(kept)
+        lib.cpSpaceSetCollisionPersistence(space._space, 0)
+        lib.cpSpaceStep(space._space, PURGE_TIME)
+        lib.cpSpaceSetCollisionPersistence(space._space, kept)
 
     return forget
 
@@ -62,23 +67,23 @@ class Transfer:
         """
         if len(values) < len(space.bodies) + 2:
             raise ValueError(f"values: expected {len(space.bodies) + 2} rows, got {len(values)}")
+        self._space = space
         self._buffer = batch.Buffer()
         self._buffer.set_float_buf(values)
         self._floats: Any = self._buffer._float_arr
-        data = _batched(self._buffer, fields.value)
-        each = partial(lib.cpSpaceEachBody, space._space)
-        self._read = partial(each, ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched"), data)
-        self._write = partial(each, ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched"), data)
+        self._data = _batched(self._buffer, fields.value)
+        self._get = ffi.addressof(lib, "pmSpaceBodyGetIteratorFuncBatched")
+        self._set = ffi.addressof(lib, "pmSpaceBodySetIteratorFuncBatched")
 
     def read(self) -> None:
         """From the bodies to the array."""
         self._floats.num = 0
-        self._read()
+        lib.cpSpaceEachBody(self._space._space, self._get, self._data)
 
     def write(self) -> None:
         """From the array to the bodies."""
         self._floats.num = 0
-        self._write()
+        lib.cpSpaceEachBody(self._space._space, self._set, self._data)
 
 
 class Contacts:
@@ -86,20 +91,17 @@ class Contacts:
 
     def __init__(self, space: pymunk.Space) -> None:
         """Prepare the call."""
+        self._space = space
         self._buffer = batch.Buffer()
         self._ids: Any = self._buffer._int_arr
-        self._collect = partial(
-            lib.cpSpaceEachCachedArbiter,
-            space._space,
-            ffi.addressof(lib, "pmSpaceArbiterIteratorFuncBatched"),
-            _batched(self._buffer, _PAIR.value),
-        )
+        self._data = _batched(self._buffer, _PAIR.value)
+        self._get = ffi.addressof(lib, "pmSpaceArbiterIteratorFuncBatched")
 
     def pairs(self) -> Sequence[tuple[int, int]]:
         """The ids (`Body.id`) of each two bodies that touch, a wall counting as the static body."""
         ids = self._ids
         ids.num = 0
-        self._collect()
+        lib.cpSpaceEachCachedArbiter(self._space._space, self._get, self._data)
         if ids.num == 0:
             return ()
         flat = ffi.unpack(ids.arr, ids.num)

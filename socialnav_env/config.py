@@ -33,7 +33,9 @@ def _number(default: float, low: float, high: float, *, varies: bool = False) ->
 
 def _count(default: int, low: int, high: int) -> Any:
     """A field that holds a whole number in [low, high]."""
-    return field(default=default, metadata={"low": low, "high": high, "whole": True, "varies": False})
+    return field(
+        default=default, metadata={"low": low, "high": high, "whole": True, "varies": False}
+    )
 
 
 def _choice(default: str, *others: str, varies: bool = False) -> Any:

@@ -45,7 +45,7 @@ EVERY = {
     "StickyAction": lambda env: wrappers.StickyAction(env, 0.25),
     "ClipReward": lambda env: wrappers.ClipReward(env, -1.0, 1.0),
     "Autoreset": wrappers.Autoreset,
-}  # fmt: skip
+}
 
 # Gymnasium says so of every env that observes in double precision.
 single_precision = pytest.mark.filterwarnings("ignore:.*precision lowered by casting:UserWarning")

@@ -45,7 +45,9 @@ def test_a_row_of_numbers_gives_the_parameters_back():
 
 
 @pytest.mark.parametrize("people", [0, 1, 4, 12])
-@pytest.mark.parametrize(("mode", "each", "rest"), [("both", 4, 24), ("state", 4, 15), ("rays", 0, 24)])
+@pytest.mark.parametrize(
+    ("mode", "each", "rest"), [("both", 4, 24), ("state", 4, 15), ("rays", 0, 24)]
+)
 def test_the_size_follows_from_mode_and_number_of_people(mode, each, rest, people):
     config = CorridorConfig(num_humans=people, observation=mode)
     low, high = observation_bounds(config)

@@ -141,5 +141,7 @@ def test_a_unicycle_that_turns_drives_a_circle():
         world.step(np.array([[1.0, 1.0]]))
         places.append(world.state.bodies[0, 0, :2].copy())
     # radius v / w = .5 m, to the left: around (0, .5)
-    np.testing.assert_allclose(np.linalg.norm(np.subtract(places, (0.0, 0.5)), axis=1), 0.5, rtol=0.01)
+    np.testing.assert_allclose(
+        np.linalg.norm(np.subtract(places, (0.0, 0.5)), axis=1), 0.5, rtol=0.01
+    )
     np.testing.assert_allclose(places[-1], (0.0, 0.0), atol=0.01)
