@@ -65,10 +65,18 @@ def variation_from(options: Mapping[str, Any], config: CorridorConfig) -> Variat
         raise ConfigError(
             f"unknown reset option {', '.join(map(str, unknown))}; valid are {', '.join(valid)}"
         )
-    for name, value in options.items():
+    plain = {name: _plain(value) for name, value in options.items()}
+    for name, value in plain.items():
         for extreme in _extremes(name, value):
             _check_bounds(name, dataclasses.replace(config, **{name: extreme}), config)
-    return Variation(options)
+    return Variation(plain)
+
+
+def _plain(value: Any) -> Any:
+    """The value as Python's own: options that were stored come back as NumPy's."""
+    if isinstance(value, np.ndarray):
+        return tuple(value.tolist())
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _extremes(name: str, value: Any) -> list[Any]:

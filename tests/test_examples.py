@@ -10,6 +10,8 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from polite.policies.policy import GaussianPolicy, save_policy
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
@@ -91,6 +93,24 @@ def test_replicate_study(tmp_path):
 def test_draw_reward_map(tmp_path):
     run("draw_reward_map.py", tmp_path / "run", 2000)
     assert iio.imread(tmp_path / "run" / "reward_map.png").ndim == 3
+
+
+def test_compare_policies(tmp_path):
+    (tmp_path / "results.json").write_text('{"config": {"anchor_jitter": 0.5}}')
+    ahead = GaussianPolicy(
+        weights=(np.zeros((2, 36), np.float32), np.array([1.0, 0.0], np.float32)),
+        activation="tanh",
+        log_std=np.zeros(2, np.float32),
+        mean=np.zeros(36),
+        variance=np.ones(36),
+        low=np.full(2, -1.0, np.float32),
+        high=np.full(2, 1.0, np.float32),
+    )
+    save_policy(tmp_path / "models" / "policy-polite-3.pt", ahead)
+    run("compare_policies.py", tmp_path, "--episodes", 2, "--out", tmp_path / "out")
+    table = (tmp_path / "out" / "policies.md").read_text("utf-8")
+    assert "dynamic-window | PPO, POLITE's reward 3 |" in table
+    assert "50 episodes each" in table
 
 
 def test_every_example_is_run_here():

@@ -58,6 +58,31 @@ class GaussianPolicy:
         """
         return np.clip(self._mean(observations), self.low, self.high)
 
+    def predict(
+        self,
+        observation: NDArray[Any],
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Any]:
+        """The most likely actions, as stable-baselines3's models give them; no state is kept.
+
+        Args:
+            observation: (N, n) raw, or (n,).
+            state: Given back as it is.
+            episode_start: Not needed.
+            deterministic: `sample` draws actions.
+
+        Raises:
+            ShapeError: The observations are not those that it was trained on.
+            PoliteError: Actions that are drawn were asked for.
+        """
+        if not deterministic:
+            raise PoliteError("predict gives the most likely actions; sample() draws some")
+        single = np.asarray(observation)
+        actions = self.mean_action(np.atleast_2d(single))
+        return (actions[0] if single.ndim == 1 else actions), state
+
     def sample(self, observations: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
         """Actions drawn from the policy, clipped; arguments and errors as `mean_action`."""
         mean = self._mean(observations)

@@ -218,6 +218,17 @@ def test_far_observations_are_clipped_as_in_training() -> None:
     np.testing.assert_allclose(first, second, atol=1e-5)
 
 
+def test_it_predicts_as_a_model_of_stable_baselines3_does() -> None:
+    policy = make_policy()
+    observations = np.random.default_rng(3).normal(size=(10, 3))
+    actions, state = policy.predict(observations, "kept")
+    np.testing.assert_array_equal(actions, policy.mean_action(observations))
+    np.testing.assert_array_equal(policy.predict(observations[4])[0], actions[4])
+    assert state == "kept"
+    with pytest.raises(PoliteError, match="sample"):
+        policy.predict(observations, deterministic=False)
+
+
 def test_wrong_observations_are_refused() -> None:
     with pytest.raises(ShapeError, match=r"\(N, 3\), got \(5, 4\)"):
         make_policy().mean_action(np.zeros((5, 4)))

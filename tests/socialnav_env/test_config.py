@@ -125,7 +125,7 @@ def test_scenarios_differ_and_the_papers_is_the_default():
 
 @pytest.mark.parametrize("bad", ["empt", "", None, 3, ["paper"]])
 def test_an_unknown_scenario_is_named_with_all_valid_ones(bad):
-    with pytest.raises(ConfigError, match="scenario=.*expected one of") as error:
+    with pytest.raises(ConfigError, match=r"scenario=.*expected one of") as error:
         CorridorConfig.from_keywords(scenario=bad)
     assert all(name in str(error.value) for name in SCENARIOS)
 

@@ -211,3 +211,14 @@ def test_a_copy_draws_the_same(copied):
     for seed in range(20):
         mine, theirs = np.random.default_rng(seed), np.random.default_rng(seed)
         assert variation.draw(CONFIG, mine) == twin.draw(CONFIG, theirs)
+
+
+def test_options_that_were_stored_as_numpy_values_are_the_same_options():
+    config = CorridorConfig()
+    stored = {
+        "human_speed": np.array([0.5, 1.0]),
+        "reactive": np.bool_(False),
+        "start_z": np.float64(-12.0),
+    }
+    plain = {"human_speed": (0.5, 1.0), "reactive": False, "start_z": -12.0}
+    assert variation_from(stored, config) == variation_from(plain, config)
