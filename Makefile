@@ -19,7 +19,7 @@ study: $(INSTALLED)
 	$(BIN)/polite replicate --preset $(PRESET) --out $(OUT) --resume
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 bench: $(INSTALLED) $(PUSHT)/.installed
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only
