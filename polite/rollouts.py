@@ -23,8 +23,10 @@ def state_rows(env: VectorEnv[Any, Any, Any]) -> NDArray[np.float64] | None:
     """
     if hasattr(env, "state_rows"):
         return np.asarray(env.state_rows())
-    if isinstance(env, SyncVectorEnv) and hasattr(env.envs[0].unwrapped, "state_vector"):
-        return np.stack([e.unwrapped.state_vector() for e in env.envs])  # type: ignore[attr-defined]
+    if isinstance(env, SyncVectorEnv):
+        for name in ("state_row", "state_vector"):
+            if hasattr(env.envs[0].unwrapped, name):
+                return np.stack([getattr(e.unwrapped, name)() for e in env.envs])
     return None
 
 

@@ -7,6 +7,8 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 
 class ConfigError(ValueError):
     """A keyword of the corridor that does not exist or a value that cannot be."""
@@ -14,6 +16,8 @@ class ConfigError(ValueError):
 
 OUTER_WALL = 1.0
 """Thickness of the walls around the corridor [m]."""
+TIME_LIMIT = 600
+"""Steps after which `gym.make` and `gym.make_vec` truncate an episode unless told otherwise."""
 DOORWAY_WALL = 0.2
 """Thickness of the wall around a doorway [m]."""
 
@@ -76,7 +80,8 @@ class CorridorConfig:
     goal_radius: float = _number(1.0, 0.1, 5.0)
     """The end goal is reached when the robot's centre is this close [m]."""
     anchor_jitter: float = _number(2.0, 0.0, 10.0, varies=True)
-    """Goals and people are drawn within this distance of their anchors on each axis [m]."""
+    """Goals, and the places around which the first three people walk, are drawn within this
+    distance of their anchors on each axis [m]; further people walk anywhere."""
     num_humans: int = _count(3, 0, 12)
     """How many people there are; the first three have the paper's anchors z = -10, 5 and 8."""
     doorway_width: float = _number(0.0, 0.0, 40.0)
@@ -157,7 +162,7 @@ class CorridorConfig:
     contact_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken on each further step in contact."""
     contact_memory: float = _number(0.5, 0.0, 60.0)
-    """A contact this soon after the last one is the same collision [s]."""
+    """A contact this soon after the last one is the same collision [s]; at 0 each step is one."""
     proximity_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken per step and person at touching distance; falls linearly to 0 at `personal_space`."""
     personal_space: float = _number(1.2, 0.0, 10.0)
@@ -176,12 +181,15 @@ class CorridorConfig:
     def __post_init__(self) -> None:
         """Check every field's kind and range, then the fields against each other."""
         for item in dataclasses.fields(self):
-            _check(item.name, getattr(self, item.name), item.metadata)
+            value = _plain(getattr(self, item.name))
+            _check(item.name, value, item.metadata)
+            object.__setattr__(self, item.name, value)
         for name in ("start_z", "intermittent_z", "goal_z"):
             self._check_inside(name, self.robot_radius)
         if self.doorway_width > 0.0:
             self._check_doorway()
         self._check_timestep()
+        self._check_dt()
 
     def _check_inside(self, name: str, margin: float) -> None:
         """Raise ConfigError unless that z keeps clear of the end walls."""
@@ -193,29 +201,42 @@ class CorridorConfig:
             )
 
     def _check_doorway(self) -> None:
-        """Raise ConfigError unless robot and people fit through the opening in the wall."""
+        """Raise ConfigError unless robot and people pass through the opening in the wall."""
         widest = 2.0 * max(self.robot_radius, self.human_radius)
+        # People keep away from both jambs at once: where less is free they do not dare to pass.
         self._check_inside("doorway_z", max(widest + 0.6, 2.0))  # one can stand on both sides
-        narrow = widest + 0.2
+        narrow = widest + 0.6
         wide = 2.0 * self.half_width
         if not narrow <= self.doorway_width <= wide:
             raise ConfigError(
                 f"doorway_width={self.doorway_width}: expected 0 (no wall) or a value in "
-                f"[{narrow:g}, {wide:g}], so that everybody fits through"
+                f"[{narrow:g}, {wide:g}], so that everybody passes"
             )
 
     def _check_timestep(self) -> None:
-        """Raise ConfigError if a body could get past the middle of a wall in one physics step."""
+        """Raise ConfigError if a physics step could take a body through a wall or another body."""
         half = 0.5 * (DOORWAY_WALL if self.doorway_width > 0.0 else OUTER_WALL)
-        fastest, smallest = self.robot_speed, self.robot_radius
+        robot, human = self.robot_radius, self.human_radius
+        longest = (half + robot) / self.robot_speed
         if self.num_humans > 0:
-            fastest = max(fastest, self.human_top_speed)
-            smallest = min(smallest, self.human_radius)
-        longest = (half + smallest) / fastest
+            top = self.human_top_speed
+            with_robot = (robot + human) / (self.robot_speed + top)
+            longest = min(longest, (half + human) / top, with_robot)
+        if self.num_humans > 1:
+            longest = min(longest, human / top)
         if self.timestep > longest:
             raise ConfigError(
-                f"timestep={self.timestep}: who moves at {fastest:g} m/s could get through a wall "
-                f"in one step; expected at most {longest:.3g} s"
+                f"timestep={self.timestep}: at these speeds and radii somebody could get through "
+                f"a wall or a person in one step; expected at most {longest:.3g} s"
+            )
+
+    def _check_dt(self) -> None:
+        """Raise ConfigError if an env step is too long for the social force or for pictures."""
+        longest = self.relaxation_time if self.num_humans > 0 else 1.0
+        if self.dt > longest:
+            raise ConfigError(
+                f"timestep * frame_skip = {self.dt:g} s: expected at most {longest:g} s"
+                + (" (relaxation_time), or people would sway" if self.num_humans > 0 else "")
             )
 
     @property
@@ -253,6 +274,11 @@ class CorridorConfig:
                 f"{', '.join(valid)}"
             )
         return cls(**{**SCENARIOS[scenario], **keywords})
+
+
+def _plain(value: Any) -> Any:
+    """The value as Python's own, where it is a number or a switch of NumPy's."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _check(name: str, value: Any, metadata: Any) -> None:

@@ -47,15 +47,15 @@ TIME_HORIZON = 10.0
 """Longest time to collision that is told apart [s]."""
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
 """Ends of the bands of distance, surface to surface [m] (Hall 1966; HuNavSim)."""
-NO_ONE = 100.0
+NO_ONE = 1000.0
 """`min_human_distance` in a corridor without people [m]: finite, so that JSON can hold it."""
 
 (
     STEPS, HUMAN_CONTACT, WALL_CONTACT, COLLISIONS, GOAL_STEPS, PATH, STALLED, NEAREST, INTRUDED,
     TTC, SPEED_SUM, SPEED_MAX, ACC_SUM, ACC_MAX, JERK_SUM, JERK_MAX, TURNED, STRAIGHT,
     LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX, LAST_AZ, LAST_AX,
-    INTIMATE_STEPS, PERSONAL_STEPS, SOCIAL_STEPS, NUM_TALLIES,
-) = range(29)  # fmt: skip
+    INTIMATE_STEPS, PERSONAL_STEPS, SOCIAL_STEPS, PATH_TO_GOAL, UNBROKEN, JERKS, NUM_TALLIES,
+) = range(32)  # fmt: skip
 """Columns of the tallies, from which the metrics follow."""
 
 
@@ -171,8 +171,6 @@ def count_step(
         tally[HUMAN_CONTACT] += 1.0 if contacts[n, 0] else 0.0
         tally[WALL_CONTACT] += 1.0 if contacts[n, 1] else 0.0
         tally[COLLISIONS] += 1.0 if collided[n] else 0.0
-        if flags[n, 1] and tally[GOAL_STEPS] < 0.0:
-            tally[GOAL_STEPS] = tally[STEPS]
 
         nearest = NO_ONE
         for h in range(1, bodies.shape[1]):
@@ -192,10 +190,15 @@ def count_step(
         speed = _norm(vz, vx)
         az, ax = (vz - tally[LAST_VZ]) / p.dt, (vx - tally[LAST_VX]) / p.dt
         acceleration = _norm(az, ax)
-        jerk = _norm(az - tally[LAST_AZ], ax - tally[LAST_AX]) / p.dt
-        if tally[STEPS] < 1.5:
-            jerk = 0.0  # no acceleration is known before the first step
+        tally[UNBROKEN] += 1.0
+        jerk = 0.0
+        if tally[UNBROKEN] > 1.5:  # else the acceleration before this one is not known
+            jerk = _norm(az - tally[LAST_AZ], ax - tally[LAST_AX]) / p.dt
+            tally[JERKS] += 1.0
         tally[PATH] += _norm(z - tally[LAST_Z], x - tally[LAST_X])
+        if flags[n, 1] and tally[GOAL_STEPS] < 0.0:
+            tally[GOAL_STEPS] = tally[STEPS]
+            tally[PATH_TO_GOAL] = tally[PATH]
         tally[STALLED] += p.dt if speed < STALLED_SPEED else 0.0
         tally[SPEED_SUM] += speed
         tally[SPEED_MAX] = max(tally[SPEED_MAX], speed)
@@ -232,7 +235,7 @@ def summarise(
         row[4] = tally[WALL_CONTACT]
         row[5] = p.dt * (tally[GOAL_STEPS] if flags[n, 1] else tally[STEPS])
         row[6] = tally[PATH]
-        longest = max(tally[PATH], tally[STRAIGHT])
+        longest = max(tally[PATH_TO_GOAL], tally[STRAIGHT])
         row[7] = row[0] * tally[STRAIGHT] / longest if longest > 0.0 else row[0]
         row[8] = tally[STALLED]
         row[9] = tally[NEAREST]
@@ -242,7 +245,7 @@ def summarise(
         row[13] = tally[SPEED_MAX]
         row[14] = tally[ACC_SUM] / steps
         row[15] = tally[ACC_MAX]
-        row[16] = tally[JERK_SUM] / max(tally[STEPS] - 1.0, 1.0)
+        row[16] = tally[JERK_SUM] / max(tally[JERKS], 1.0)
         row[17] = tally[JERK_MAX]
         row[18] = tally[TURNED] / tally[PATH] if tally[PATH] > 1e-9 else 0.0
         row[19] = tally[INTIMATE_STEPS] / steps

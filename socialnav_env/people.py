@@ -27,7 +27,6 @@ OUT_OF_SIGHT_WEIGHT = 0.5
 class PeopleParameters(NamedTuple):
     """What the kernel needs of CorridorConfig, in its units."""
 
-    dt: float
     half_length: float
     half_width: float
     robot_radius: float
@@ -39,7 +38,7 @@ class PeopleParameters(NamedTuple):
     wall_force: float
     wall_force_range: float
     sight_cosine: float
-    patience_steps: float
+    patience: float
     doorway_z: float
     jamb: float
     reactive: float
@@ -49,7 +48,6 @@ class PeopleParameters(NamedTuple):
 def people_parameters(config: CorridorConfig) -> PeopleParameters:
     """Pick the kernel's parameters from the config."""
     return PeopleParameters(
-        config.dt,
         config.half_length,
         config.half_width,
         config.robot_radius,
@@ -61,7 +59,7 @@ def people_parameters(config: CorridorConfig) -> PeopleParameters:
         config.wall_force,
         config.wall_force_range,
         math.cos(config.field_of_view / 2.0),
-        round(config.human_patience / config.dt),
+        config.human_patience + 1e-6,  # or whether a last step counts would hang on rounding
         config.doorway_z,
         config.jamb,
         config.reactive,
@@ -89,7 +87,6 @@ def people_from(row: FloatArray) -> PeopleParameters:
         row[13],
         row[14],
         row[15],
-        row[16],
     )
 
 
@@ -229,11 +226,12 @@ def walk(
     bodies: FloatArray,
     waypoints: FloatArray,
     waypoint: IntArray,
-    waypoint_age: IntArray,
+    waypoint_age: FloatArray,
     speeds: FloatArray,
     sides: FloatArray,
     waits: BoolArray,
     parameters: FloatArray,
+    seconds: float,
     commands: FloatArray,
     forces: FloatArray,
 ) -> None:
@@ -246,11 +244,12 @@ def walk(
         bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
         waypoints: (N, H, K, 2) z, x.
         waypoint: (N, H) index of the current waypoint; changed here.
-        waypoint_age: (N, H) steps of patience that it has cost; changed here.
+        waypoint_age: (N, H) seconds of patience that it has cost; changed here.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
         waits: (N, H) who stands at the waypoint until patience is out.
         parameters: (N, P) rows of PeopleParameters.
+        seconds: Until the next call.
         commands: (N, 1 + H, 3) velocity z, x and angular; rows 1 onwards are written.
         forces: (N, H, 2) written: the social force z, x [m/s^2].
     """
@@ -265,17 +264,20 @@ def walk(
             here = math.sqrt(to_z * to_z + to_x * to_x) < ARRIVAL and not waits[n, h]
             ez, ex, length = towards(z, x, point, p)
             if waits[n, h] or vz * ez + vx * ex < HEADWAY * speeds[n, h]:
-                waypoint_age[n, h] += 1
-            if here or waypoint_age[n, h] > p.patience_steps:
-                waypoint[n, h] = (waypoint[n, h] + 1) % waypoints.shape[2]
-                waypoint_age[n, h] = 0
+                waypoint_age[n, h] += seconds
+            if here or waypoint_age[n, h] > p.patience:
+                # a queue of H people has whole rounds of H turns
+                turns = waypoints.shape[2]
+                last = turns - turns % waypoint.shape[1] if waits[n, h] else turns
+                waypoint[n, h] = (waypoint[n, h] + 1) % last
+                waypoint_age[n, h] = 0.0
                 ez, ex, length = towards(z, x, waypoints[n, h, waypoint[n, h]], p)
             wanted = speeds[n, h] * (min(length / ARRIVAL, 1.0) if waits[n, h] else 1.0)
 
             fz, fx = social_force(bodies[n], h + 1, ez, ex, sides[n, h], p)
             forces[n, h, 0], forces[n, h, 1] = fz, fx
-            vz += ((wanted * ez - vz) / p.relaxation_time + fz) * p.dt
-            vx += ((wanted * ex - vx) / p.relaxation_time + fx) * p.dt
+            vz += ((wanted * ez - vz) / p.relaxation_time + fz) * seconds
+            vx += ((wanted * ex - vx) / p.relaxation_time + fx) * seconds
             speed = math.sqrt(vz * vz + vx * vx)
             cap = 1.3 * speeds[n, h]
             if speed > cap:

@@ -123,7 +123,8 @@ def remaining_way(
 
     The way leads over the intermittent goal while that one is uncollected and still ahead. A
     function of the state alone, so that the term is potential-based shaping (Ng et al. 1999, with
-    discount 1): over an episode it sums to the weight times the metres gained.
+    discount 1): over an episode it sums to the weight times the metres gained. Whoever passes the
+    intermittent goal without collecting it gains the detour that is no longer ahead, at once.
 
     Args:
         body: (6,) the robot.
@@ -164,7 +165,7 @@ def proximity_share(distance: float, personal_space: float) -> float:
         distance: Surface to surface [m].
         personal_space: Its radius, surface to surface [m].
     """
-    if distance >= personal_space:
+    if distance >= personal_space or personal_space <= 0.0:
         return 0.0
     return 1.0 - max(distance, 0.0) / personal_space
 

@@ -25,11 +25,12 @@ class State:
 
     Attributes:
         bodies: (N, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
+        start: (N, 1 + H, 6) the bodies at the episode's start.
         goals: (N, 2, 2) intermittent goal, end goal.
         flags: (N, 2) collected, reached.
         waypoints: (N, H, K, 2) where each person walks in turn.
         waypoint: (N, H) index of the current waypoint.
-        waypoint_age: (N, H) steps of patience that it has cost.
+        waypoint_age: (N, H) seconds of patience that it has cost.
         speeds: (N, H) preferred speeds [m/s].
         sides: (N, H) lean of the evasion [rad].
         waits: (N, H) who stands at the waypoint until patience is out.
@@ -42,11 +43,12 @@ class State:
     """
 
     bodies: FloatArray
+    start: FloatArray
     goals: FloatArray
     flags: BoolArray
     waypoints: FloatArray
     waypoint: IntArray
-    waypoint_age: IntArray
+    waypoint_age: FloatArray
     speeds: FloatArray
     sides: FloatArray
     waits: BoolArray
@@ -63,11 +65,12 @@ class State:
         people = config.num_humans
         return cls(
             bodies=np.zeros((count, 1 + people, 6)),
+            start=np.zeros((count, 1 + people, 6)),
             goals=np.zeros((count, 2, 2)),
             flags=np.zeros((count, 2), dtype=np.bool_),
             waypoints=np.zeros((count, people, NUM_WAYPOINTS, 2)),
             waypoint=np.zeros((count, people), dtype=np.int64),
-            waypoint_age=np.zeros((count, people), dtype=np.int64),
+            waypoint_age=np.zeros((count, people)),
             speeds=np.zeros((count, people)),
             sides=np.zeros((count, people)),
             waits=np.zeros((count, people), dtype=np.bool_),
@@ -86,11 +89,12 @@ class State:
         self.bodies[n, 1:, :2] = layout.people[:, :2]
         self.bodies[n, 1:, 2] = layout.facings
         self.bodies[n, 1:, 3:5] = layout.people[:, 2:]
+        self.start[n] = self.bodies[n]
         self.goals[n] = layout.goals
         self.flags[n] = False
         self.waypoints[n] = layout.waypoints
         self.waypoint[n] = 0
-        self.waypoint_age[n] = 0
+        self.waypoint_age[n] = 0.0
         self.speeds[n] = layout.speeds
         self.sides[n] = layout.sides
         self.waits[n] = layout.waits

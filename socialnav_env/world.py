@@ -9,13 +9,12 @@ from socialnav_env.kernels import FloatArray, IntArray
 from socialnav_env.layout import draw_layout
 from socialnav_env.metrics import (
     LAST_ANGLE,
-    LAST_AX,
-    LAST_AZ,
     LAST_VX,
     LAST_VZ,
     LAST_X,
     LAST_Z,
     METRICS,
+    UNBROKEN,
     count_step,
     metric_parameters,
     start_tallies,
@@ -48,7 +47,9 @@ class World:
         collided: (N,) a collision happened in the last step.
         ended: (N,) the episode ended in the last step, by goal or collision.
         forces: (N, H, 2) social force on each person in the last step, z and x [m/s^2].
-        generators: Each corridor's generator since its episode began: the sensor noise's source.
+        generators: Each corridor's generator, which drew its start.
+        noises: Each corridor's generator of sensor noise for the episode. One of its own, so that
+            the next start does not depend on how often the robot has looked around.
         low: (n,) bounds of the observation.
         high: (n,) bounds of the observation.
     """
@@ -65,6 +66,7 @@ class World:
         self.ended = np.zeros(count, dtype=np.bool_)
         self.forces = np.zeros((count, config.num_humans, 2))
         self.generators = [np.random.default_rng(0)] * count
+        self.noises = [np.random.default_rng(0)] * count
         self.low, self.high = observation_bounds(config)
         self._physics = Physics(config, count)
         self._noisy = config.ray_noise > 0.0 or config.tracking_noise > 0.0
@@ -80,7 +82,7 @@ class World:
 
         Args:
             n: The corridor.
-            rng: Draws the start, and the sensor noise of the whole episode.
+            rng: Draws the start, and seeds the sensor noise of the episode.
             variation: What this episode draws anew.
 
         Raises:
@@ -92,6 +94,9 @@ class World:
             self._people if config is self.config else people_parameters(config)
         )
         self.generators[n] = rng
+        seed = rng.integers(2**63)  # drawn in any case: noise changes no start
+        if self._noisy:
+            self.noises[n] = np.random.default_rng(seed)
         robot, goals = state.bodies[n, 0], state.goals[n]
         state.remaining[n] = remaining_way(robot, goals, state.flags[n], self._reward)
         way = shortest_way(robot, goals[1], self._reward)
@@ -119,7 +124,17 @@ class World:
         self._score()
 
     def simulate(self, actions: FloatArray, frames: int) -> None:
-        """Let robots act and people walk for `frames` physics steps."""
+        """Let robots act and people walk for some physics steps.
+
+        Args:
+            actions: As of `step`.
+            frames: Number of physics steps, at least 1.
+
+        Raises:
+            ValueError: `frames` is no such number.
+        """
+        if isinstance(frames, bool) or not isinstance(frames, int) or frames < 1:
+            raise ValueError(f"frames={frames!r}: expected a whole number of at least 1")
         state, config, commands = self.state, self.config, self._physics.commands
         drive(
             actions,
@@ -138,6 +153,7 @@ class World:
             state.sides,
             state.waits,
             state.people_parameters,
+            frames * config.timestep,
             commands,
             self.forces,
         )
@@ -181,7 +197,7 @@ class World:
         observe(bodies, goals, flags, self.low, self.high, self._observation, out)
         if self._noisy:
             for row, n in zip(out, range(self.count) if chosen is None else chosen, strict=True):
-                add_noise(row, self.config, self.low, self.high, self.generators[n])
+                add_noise(row, self.config, self.low, self.high, self.noises[n])
         return out
 
     def place(self, n: int, bodies: FloatArray) -> None:
@@ -190,7 +206,19 @@ class World:
         Args:
             n: The corridor.
             bodies: (1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
+
+        Raises:
+            ValueError: A centre lies outside the outer walls.
         """
+        size = np.array([self.config.half_length, self.config.half_width])
+        outside = np.abs(bodies[:, :2]) > size
+        if outside.any():
+            i, axis = np.argwhere(outside)[0].tolist()
+            who = "the robot" if i == 0 else f"person {i - 1}"
+            raise ValueError(
+                f"{'zx'[axis]} of {who} is {bodies[i, axis]:g}: expected at most {size[axis]:g} "
+                "from the middle, inside the walls"
+            )
         state = self.state
         state.bodies[n] = bodies
         # A jump is no progress and no path.
@@ -198,7 +226,7 @@ class World:
         state.remaining[n] = remaining_way(robot, state.goals[n], state.flags[n], self._reward)
         tally = state.tallies[n]
         tally[[LAST_Z, LAST_X, LAST_ANGLE, LAST_VZ, LAST_VX]] = bodies[0, :5]
-        tally[[LAST_AZ, LAST_AX]] = 0.0
+        tally[UNBROKEN] = 0.0
 
     def restore(self, state: State) -> None:
         """Continue from a copied state.

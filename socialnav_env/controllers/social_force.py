@@ -36,13 +36,19 @@ class SocialForceRobot(Controller):
         """(B, A) actions."""
         velocities = np.empty((len(sight.bodies), 2))
         ways = targets(sight, self._parameters)
-        _write_velocities(sight.bodies, ways, self.config.robot_speed, self._parameters, velocities)
+        speed, dt = self.config.robot_speed, self.config.dt
+        _write_velocities(sight.bodies, ways, speed, dt, self._parameters, velocities)
         return actions_for(velocities, sight.bodies[:, 0, 2], self.config)
 
 
 @kernel
 def _write_velocities(
-    bodies: FloatArray, ways: FloatArray, speed: float, p: PeopleParameters, out: FloatArray
+    bodies: FloatArray,
+    ways: FloatArray,
+    speed: float,
+    dt: float,
+    p: PeopleParameters,
+    out: FloatArray,
 ) -> None:
     """Write the robots' next velocities.
 
@@ -50,6 +56,7 @@ def _write_velocities(
         bodies: (B, 1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
         ways: (B, 2) where to head for, z, x [m].
         speed: Preferred and top speed [m/s].
+        dt: One env step [s].
         p: Parameters.
         out: (B, 2) written: z, x [m/s].
     """
@@ -59,7 +66,7 @@ def _write_velocities(
         length = max(math.sqrt(to_z * to_z + to_x * to_x), 1e-9)
         ez, ex = to_z / length, to_x / length
         fz, fx = social_force(bodies[n], 0, ez, ex, LEAN, p)
-        vz = robot[3] + ((speed * ez - robot[3]) / p.relaxation_time + fz) * p.dt
-        vx = robot[4] + ((speed * ex - robot[4]) / p.relaxation_time + fx) * p.dt
+        vz = robot[3] + ((speed * ez - robot[3]) / p.relaxation_time + fz) * dt
+        vx = robot[4] + ((speed * ex - robot[4]) / p.relaxation_time + fx) * dt
         faster = max(math.sqrt(vz * vz + vx * vx) / speed, 1.0)
         out[n, 0], out[n, 1] = vz / faster, vx / faster

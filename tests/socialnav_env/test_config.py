@@ -2,6 +2,7 @@ import dataclasses
 import math
 
 import gymnasium as gym
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -133,12 +134,12 @@ def test_an_unknown_scenario_is_named_with_all_valid_ones(bad):
 # --- the doorway ---------------------------------------------------------------------------------
 
 
-def test_everybody_fits_through_a_doorway():
+def test_everybody_passes_a_doorway():
     sizes = {"robot_radius": 0.4, "human_radius": 0.3, "half_width": 2.5}
-    for width in (0.0, 1.0, 3.3, 5.0):
+    for width in (0.0, 1.4, 3.3, 5.0):
         CorridorConfig(doorway_width=width, **sizes)
-    for width in (0.1, 0.99, 5.01):
-        with pytest.raises(ConfigError, match=rf"doorway_width={width}: .*\[1, 5\]"):
+    for width in (0.1, 1.39, 5.01):
+        with pytest.raises(ConfigError, match=rf"doorway_width={width}: .*\[1.4, 5\]"):
             CorridorConfig(doorway_width=width, **sizes)
 
 
@@ -148,7 +149,7 @@ def test_a_doorway_leaves_room_on_both_of_its_sides():
         CorridorConfig(doorway_width=2.0, doorway_z=13.1)
     CorridorConfig(doorway_width=0.0, doorway_z=14.9)  # no wall
     with pytest.raises(ConfigError, match=r"doorway_z=13.0 .*\[-12.4, 12.4\]"):
-        CorridorConfig(doorway_width=2.4, doorway_z=13.0, human_radius=1.0)
+        CorridorConfig(doorway_width=2.6, doorway_z=13.0, human_radius=1.0)
 
 
 def test_the_jamb_is_where_the_rounded_end_of_the_wall_has_its_middle():
@@ -160,15 +161,50 @@ def test_the_jamb_is_where_the_rounded_end_of_the_wall_has_its_middle():
 
 
 def test_nobody_can_jump_through_a_wall_in_one_physics_step():
-    # top speed 1.3 * (1 + 2 * .15) = 1.69; a body of radius .3 has to get .8 m into a wall of 1 m
-    CorridorConfig(timestep=0.47)
-    with pytest.raises(ConfigError, match=r"timestep=0.48: .*at most 0.473 s"):
-        CorridorConfig(timestep=0.48)
-    CorridorConfig(timestep=0.48, num_humans=0)  # the robot is slower
-    # and .4 m into the wall around a doorway
-    CorridorConfig(timestep=0.23, doorway_width=2.0)
+    # .83 m/s: a robot of radius .3 has to get .4 m into the wall of .2 m around a doorway
+    alone = {"num_humans": 0, "doorway_width": 2.0, "frame_skip": 1}
+    CorridorConfig(timestep=0.48, **alone)
+    with pytest.raises(ConfigError, match=r"timestep=0.49: .*at most 0.482 s"):
+        CorridorConfig(timestep=0.49, **alone)
+    # a person's top speed is 1.3 * (1 + 2 * .15) = 1.69
+    CorridorConfig(timestep=0.23, **{**alone, "num_humans": 1})
     with pytest.raises(ConfigError, match=r"timestep=0.24: .*at most 0.237 s"):
-        CorridorConfig(timestep=0.24, doorway_width=2.0)
+        CorridorConfig(timestep=0.24, **{**alone, "num_humans": 1})
+
+
+def test_nobody_can_jump_through_another_one_in_one_physics_step():
+    # two people of radius .3 who walk towards each other: .6 m at twice 1.69 m/s
+    CorridorConfig(timestep=0.177, frame_skip=1)
+    with pytest.raises(ConfigError, match=r"timestep=0.178: .*at most 0.178 s"):
+        CorridorConfig(timestep=0.178, frame_skip=1)
+    # robot and person: .1 m at 5 + 1.69 m/s
+    fast = {"num_humans": 1, "robot_radius": 0.05, "human_radius": 0.05, "robot_speed": 5.0}
+    with pytest.raises(ConfigError, match=r"timestep=0.05: .*at most 0.0149 s"):
+        CorridorConfig(**fast)
+
+
+def test_an_env_step_is_no_longer_than_people_take_to_take_up_speed():
+    CorridorConfig(relaxation_time=0.1)
+    with pytest.raises(ConfigError, match=r"timestep \* frame_skip = 0.1 s: expected at most 0.09"):
+        CorridorConfig(relaxation_time=0.09)
+    CorridorConfig(relaxation_time=0.09, num_humans=0, frame_skip=20)
+    with pytest.raises(ConfigError, match=r"= 1.05 s: expected at most 1 s"):
+        CorridorConfig(num_humans=0, frame_skip=21)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kept"),
+    [
+        ("num_humans", np.int64(4), 4),
+        ("human_speed", np.float32(0.5), 0.5),
+        ("reactive", np.bool_(False), False),
+        ("walking", np.str_("queue"), "queue"),
+    ],
+)
+def test_numpy_values_are_taken_and_kept_as_pythons_own(name, value, kept):
+    config = CorridorConfig(**{name: value})
+    assert getattr(config, name) == kept
+    assert type(getattr(config, name)) is type(kept)
 
 
 def test_derived_numbers():

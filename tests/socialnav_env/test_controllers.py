@@ -199,6 +199,17 @@ def test_the_window_foresees_who_crosses():
     assert crossing[0] < 1.0 or abs(crossing[1]) > abs(standing[1])
 
 
+def test_backwards_is_not_ahead():
+    config = config_of(num_humans=0, action="holonomic")
+    parameters = drive_parameters(config)
+    bodies, way = np.zeros((1, 6)), np.array([8.0, 0.0])
+    back, nearly = (merit(bodies, way, -0.4, left, 0.0, parameters) for left in (0.0, 1e-9))
+    assert back == pytest.approx(nearly, abs=1e-6)
+    assert merit(bodies, -way, -0.4, 0.0, 0.0, parameters) == pytest.approx(
+        merit(bodies, way, 0.4, 0.0, 0.0, parameters), abs=1e-9
+    )
+
+
 def test_the_social_force_is_that_of_a_person_in_its_place():
     # Between the walls at the top speed towards the goal, far from anybody: nothing to change.
     config = config_of(num_humans=1, action="holonomic")
@@ -241,6 +252,31 @@ def test_who_evades_hits_fewer_people_who_do_not():
 def test_an_impossible_evaluation_is_an_error(bad):
     with pytest.raises(ValueError, match=r"expected a whole number of at least 1"):
         evaluate(StraightToGoal(config_of()), **bad)
+
+
+def test_the_autoreset_mode_is_the_evaluations_own():
+    with pytest.raises(ValueError, match="autoreset_mode: expected none"):
+        evaluate(StraightToGoal(config_of()), autoreset_mode="NextStep")
+
+
+class Watcher:
+    """Keeps what it is told."""
+
+    def __init__(self):
+        self.told = []
+
+    def predict(self, observation, state=None, episode_start=None, *, deterministic):
+        self.told.append((observation.copy(), episode_start.copy()))
+        return np.tile([1.0, 0.2], (len(observation), 1)), state
+
+
+def test_an_episodes_start_is_marked_where_it_is_observed():
+    watcher = Watcher()
+    table = evaluate(watcher, episodes=6, num_envs=np.int64(2), max_episode_steps=4)
+    observations, begins = (np.array(told) for told in zip(*watcher.told, strict=True))
+    assert table["length"].n == 6 and begins.sum() == 6 and len(begins) == 12
+    stands = observations[..., 4] == 0.0  # only at its start
+    np.testing.assert_array_equal(begins, stands)
 
 
 def test_equal_seeds_give_equal_tables():

@@ -58,7 +58,7 @@ def test_it_is_registered_by_its_module_too():
 
 
 def test_settings_arrive():
-    env = make(num_humans=1, goal_reward=3.0, render_width=320).unwrapped
+    env = make(num_humans=1, goal_reward=3.0, render_width=np.int64(320)).unwrapped
     assert (env.config.num_humans, env.config.goal_reward, env.render_width) == (1, 3.0, 320)
 
 
@@ -216,7 +216,33 @@ def test_options_stay_until_others_come():
     assert np.abs(np.array(starts(env, 4, seed=0, options={"start_z": 3.0})) - 3.0).max() <= 0.5
     drawn = np.array(starts(env, 30, options={"start_z": (-5.0, 5.0)}))
     assert drawn.min() < -3.0 and drawn.max() > 3.0 and np.abs(drawn).max() <= 5.5
-    assert np.abs(np.array(starts(env, 4, options={})) + 14.0).max() <= 0.5
+    drawn = np.array(starts(env, 30, options={}))
+    assert drawn.min() < -3.0 and drawn.max() > 3.0, "what Gymnasium sends by itself says nothing"
+    assert np.abs(np.array(starts(env, 4, options={"defaults": True})) + 14.0).max() <= 0.5
+
+
+def test_a_reset_that_fails_leaves_the_options_as_they_were(monkeypatch):
+    env = make().unwrapped
+    env.reset(seed=0, options={"start_z": 3.0})
+
+    def fails(*_):
+        raise ConfigError("too small")
+
+    with monkeypatch.context() as patch, pytest.raises(ConfigError, match="too small"):
+        patch.setattr(env.world, "begin", fails)
+        env.reset(options={"start_z": -9.0})
+    assert np.abs(np.array(starts(env, 4)) - 3.0).max() <= 0.5
+
+
+@pytest.mark.parametrize("seed", [np.int64(7), np.uint8(7)], ids=repr)
+def test_a_seed_may_be_numpys(seed):
+    assert make().reset(seed=seed)[0].tolist() == make().reset(seed=7)[0].tolist()
+
+
+@pytest.mark.parametrize("bad", [0.5, "7", True, -1, [1]], ids=repr)
+def test_another_seed_is_an_error(bad):
+    with pytest.raises(ConfigError, match="seed=.*: expected None or a whole number of at least 0"):
+        make().reset(seed=bad)
 
 
 def test_equal_options_and_seeds_give_equal_episodes():
@@ -265,6 +291,12 @@ def test_actions_beyond_the_bounds_are_clipped():
     assert told[0] == told[1]
 
 
+@pytest.mark.parametrize("bad", [5, [("human_speed", 0.5)], "defaults"], ids=str)
+def test_options_are_a_mapping(bad):
+    with pytest.raises(ConfigError, match=r"options=.*expected None or a mapping"):
+        make().unwrapped.reset(options=bad)
+
+
 def test_an_unknown_reset_option_is_an_error_and_changes_nothing():
     env = make()
     env.reset(seed=0)
@@ -294,6 +326,9 @@ def test_an_impossible_width_is_an_error(bad):
         ({"camera": "drone"}, "camera='drone': expected one of corridor, robot"),
         ({"overlays": ["ray"]}, r"overlays=\['ray'\]: expected some of rays"),
         ({"overlays": "rays"}, "overlays='rays': expected some of rays"),
+        ({"overlays": None}, "overlays=None: expected some of rays"),
+        ({"overlays": 5}, "overlays=5: expected some of rays"),
+        ({"overlays": [[]]}, r"overlays=\[\[\]\]: expected some of rays"),
         ({"people": 3}, "unknown keyword people; valid are render_mode"),
     ],
 )

@@ -27,13 +27,14 @@ def configs(draw, walking=(*WALKING, *STANDING)):
         "half_width": draw(st.floats(1.5, 5.0)),
         "human_radius": draw(st.floats(0.1, 0.4)),
         "robot_radius": draw(st.floats(0.1, 0.4)),
+        "timestep": 0.01,
         "start_z": -9.0,
         "goal_z": 9.0,
     }
     if draw(st.booleans()):
         widest = 2.0 * max(sizes["human_radius"], sizes["robot_radius"])
         most = 2.0 * sizes["half_width"]
-        sizes["doorway_width"] = draw(st.floats(widest + 0.2 + 1e-9, most))
+        sizes["doorway_width"] = draw(st.floats(widest + 0.6 + 1e-9, most))
         sizes["doorway_z"] = draw(st.floats(-1.0, 1.0)) * (sizes["half_length"] - 2.0)
     return CorridorConfig(
         num_humans=draw(st.integers(0, 12)),

@@ -31,6 +31,8 @@ def test_the_initial_state_is_that_of_the_last_reset(env):
     np.testing.assert_array_equal(env.data.qvel, env.init_qvel)
     env.step([1.0, 0.0])
     assert not np.array_equal(env.data.qpos, env.init_qpos)
+    env.init_qpos[:] = 99.0
+    assert env.init_qpos.max() < 20.0, "what is told is a copy"
 
 
 def test_set_state_and_state_vector_give_each_other_back(env):

@@ -1,3 +1,4 @@
+import copy
 import math
 
 import numpy as np
@@ -316,22 +317,34 @@ def test_a_sensor_that_is_not_there_draws_nothing(mode, noise):
     assert rng.bit_generator.state == np.random.default_rng(0).bit_generator.state
 
 
-def test_noise_comes_from_the_corridors_own_generator_and_moves_nobody():
+def test_noise_comes_from_the_episodes_own_generator_and_moves_nobody():
     config = CorridorConfig(ray_noise=0.2, tracking_noise=0.2)
     exact, world = World(CorridorConfig(), 3), World(config, 3)
     rngs = [np.random.default_rng(n) for n in range(3)]
     for n in range(3):
         exact.begin(n, np.random.default_rng(n))
         world.begin(n, rngs[n])
-    states = [rng.bit_generator.state for rng in rngs]
+    sources = copy.deepcopy(world.noises)
+    drawn = [rng.bit_generator.state for rng in rngs]
     truth, seen = exact.step(np.tile(STAND, (3, 1))), world.step(np.tile(STAND, (3, 1)))
     np.testing.assert_array_equal(exact.state.bodies, world.state.bodies)
-    twins = [np.random.default_rng(0) for _ in range(3)]
-    for twin, state, row in zip(twins, states, truth, strict=True):
-        twin.bit_generator.state = state
-        add_noise(row, config, world.low, world.high, twin)
+    for source, row in zip(sources, truth, strict=True):
+        add_noise(row, config, world.low, world.high, source)
     np.testing.assert_array_equal(truth, seen)
-    assert [rng.bit_generator.state for rng in rngs] == [t.bit_generator.state for t in twins]
+    assert [rng.bit_generator.state for rng in rngs] == drawn
+
+
+def test_starts_depend_neither_on_noise_nor_on_how_long_an_episode_was():
+    exact, noisy = World(CorridorConfig(), 1), World(CorridorConfig(ray_noise=0.2), 1)
+    starts = []
+    for world, steps in ((exact, 3), (noisy, 5), (noisy, 11)):
+        rng = np.random.default_rng(0)
+        for _ in range(3):
+            world.begin(0, rng)
+            for _ in range(steps):
+                world.step(STAND)
+        starts.append(world.state.goals.tolist())
+    assert starts[0] == starts[1] == starts[2]
 
 
 def test_only_the_chosen_look():
@@ -339,12 +352,12 @@ def test_only_the_chosen_look():
     rngs = [np.random.default_rng(n) for n in range(4)]
     for n, rng in enumerate(rngs):
         world.begin(n, rng)
-    before = [rng.bit_generator.state for rng in rngs]
+    before = [rng.bit_generator.state for rng in world.noises]
     seen = world.observe(np.array([2, 0]))
-    assert [r.bit_generator.state == b for r, b in zip(rngs, before, strict=True)] == (
+    assert [r.bit_generator.state == b for r, b in zip(world.noises, before, strict=True)] == (
         [False, True, False, True]
     )
-    for rng, state in zip(rngs, before, strict=True):
+    for rng, state in zip(world.noises, before, strict=True):
         rng.bit_generator.state = state
     np.testing.assert_array_equal(world.observe()[[2, 0]], seen)
     assert world.observe(np.array([], dtype=np.int64)).shape == (0, len(world.low))

@@ -257,16 +257,16 @@ def test_who_does_not_see_the_robot_still_sees_people(bodies):
 
 
 def stroll(bodies, waypoints, side=0.0, waypoint=0, age=0, waits=False, parameters=P):
-    """Commands, waypoint, age and force of the one person after `walk`."""
+    """Commands, waypoint, age and force of the one person after `walk`; ages in steps of .1 s."""
     index = np.array([[waypoint]])
-    ages = np.array([[age]])
+    ages = np.array([[0.1 * age]])
     commands, forces = np.zeros((1, 2, 3)), np.zeros((1, 1, 2))
     ways = np.array([[waypoints]], dtype=np.float64)
     walk(
         bodies, ways, index, ages, np.ones((1, 1)), np.full((1, 1), side), np.full((1, 1), waits),
-        np.array([parameters]), commands, forces,
+        np.array([parameters]), 0.1, commands, forces,
     )  # fmt: skip
-    return commands[0, 1], index[0, 0], ages[0, 0], forces[0, 0]
+    return commands[0, 1], index[0, 0], round(ages[0, 0] / 0.1), forces[0, 0]
 
 
 FAR = (-14.0, 0.0)
@@ -329,7 +329,7 @@ def test_each_corridor_has_its_own_parameters():
     commands, forces = np.zeros((2, 2, 3)), np.zeros((2, 1, 2))
     walk(
         bodies, ways, index, index.copy(), np.ones((2, 1)), np.zeros((2, 1)),
-        np.zeros((2, 1), dtype=np.bool_), np.array([P, slow]), commands, forces,
+        np.zeros((2, 1), dtype=np.bool_), np.array([P, slow]), 0.1, commands, forces,
     )  # fmt: skip
     np.testing.assert_allclose(commands[0, 1], 2.0 * commands[1, 1], atol=1e-4)
 
@@ -465,3 +465,36 @@ def test_oblivious_people_walk_as_if_alone(seed):
         if gaps.min() < 0.7:
             return
         assert np.array_equal(here.bodies[0], all_.bodies[0, :2])
+
+
+def test_a_queues_last_turn_is_followed_by_its_first_in_whole_rounds():
+    """Of 32 turns three people use 30, or at the end all would move by two places."""
+    index, ages = np.full((1, 3), 29), np.full((1, 3), 8.0)
+    bodies = bodies_of(FAR, [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
+    commands, forces = np.zeros((1, 4, 3)), np.zeros((1, 3, 2))
+    waits, ones = np.ones((1, 3), dtype=np.bool_), np.ones((1, 3))
+    ways = np.zeros((1, 3, 32, 2))
+    walk(bodies, ways, index, ages, ones, ones, waits, np.array([P]), 0.1, commands, forces)
+    assert index.tolist() == [[0, 0, 0]]
+
+
+def test_half_a_step_twice_is_a_step():
+    """MuJoCo code may call `do_simulation(action, 1)` in a loop: people live by the clock."""
+    config = CorridorConfig(num_humans=1, human_foresight=0.0, human_force=0.0, wall_force=0.0)
+    speeds = []
+    for frames in (1, 2, 4):
+        world = World(config, 1)
+        world.begin(0, np.random.default_rng(0))
+        world.state.bodies[0, 1, 3:5] = 0.0
+        for _ in range(40 // frames):
+            world.simulate(np.array([[-1.0, 0.0]]), frames)
+        speeds.append(np.hypot(*world.state.bodies[0, 1, 3:5]) / world.state.speeds[0, 0])
+    np.testing.assert_allclose(speeds, 1.0, atol=0.05)
+
+
+@pytest.mark.parametrize("frames", [0, -3, 1.5, True])
+def test_a_number_of_frames_is_whole_and_positive(frames):
+    world = World(CorridorConfig(), 1)
+    world.begin(0, np.random.default_rng(0))
+    with pytest.raises(ValueError, match="frames=.*whole number of at least 1"):
+        world.simulate(np.zeros((1, 2)), frames)

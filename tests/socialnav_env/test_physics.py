@@ -342,7 +342,7 @@ def test_nobody_gets_through_the_doorways_wall(seed, frames, side):
     rng = np.random.default_rng(seed)
     frame_skip, timestep = frames
     config = CorridorConfig(
-        num_humans=3, frame_skip=frame_skip, timestep=timestep, doorway_width=0.8, doorway_z=1.0,
+        num_humans=3, frame_skip=frame_skip, timestep=timestep, doorway_width=1.2, doorway_z=1.0,
         robot_speed=2.0,
     )  # fmt: skip
     start, commands = random_bodies(rng, 3, (0.0, 0.0), 0.0)
@@ -357,12 +357,12 @@ def test_nobody_gets_through_the_doorways_wall(seed, frames, side):
         gaps = to_doorway_wall(after, config) - 0.3
         assert gaps.min() > -2.0 * timestep - 0.05  # no deeper than one physics step
         through = (before[:, 0] - config.doorway_z) * (after[:, 0] - config.doorway_z) < 0.0
-        assert (np.abs(after[through, 1]) < 0.4).all()
+        assert (np.abs(after[through, 1]) < 0.6).all()
 
 
 @frames
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize("width", [0.8, 1.0, 1.8])
+@pytest.mark.parametrize("width", [1.2, 1.4, 1.8])
 def test_the_robot_gets_through_the_opening(frame_skip, timestep, side, width):
     world = world_with(
         (2.0 + side * 3.0, 0.0, LEFT + side * LEFT), doorway_width=width,

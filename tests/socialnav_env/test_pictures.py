@@ -49,9 +49,9 @@ def test_annotations_are_what_the_robot_sees_and_what_moves_people(settings):
 
 def test_annotations_draw_no_noise():
     env = driven(make(ray_noise=0.5, observation="state"))
-    generator = env.np_random.bit_generator.state
+    generator = env.world.noises[0].bit_generator.state
     first, second = annotations_of(env.world, 0), annotations_of(env.world, 0)
-    assert env.np_random.bit_generator.state == generator
+    assert env.world.noises[0].bit_generator.state == generator
     np.testing.assert_array_equal(first.rays, second.rays)
 
 

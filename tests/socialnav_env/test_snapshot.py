@@ -295,9 +295,40 @@ def test_a_snapshot_of_another_corridor_is_an_error_and_changes_nothing(making):
     for one in (env, other):
         one.reset(seed=0)
     before = pickle.dumps(env.get_snapshot())
-    with pytest.raises(ValueError, match="bodies: expected shape"):
+    with pytest.raises(ValueError, match="num_humans=2, expected num_humans=6"):
         env.set_snapshot(other.get_snapshot())
     assert pickle.dumps(env.get_snapshot()) == before
+
+
+@pytest.mark.parametrize("making", [make, make_vec])
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"half_length": 7.0}, "half_length=7.0, expected half_length=6.0"),
+        ({"goal_reward": 2.0, "ray_noise": 0.1}, "ray_noise=0.1, expected ray_noise=0.0"),
+        ({"walking": "along"}, "walking='along', expected walking='cross'"),
+    ],
+)
+def test_a_snapshot_of_other_settings_names_the_first_that_differs(making, settings, said):
+    env, other = making(), making(**settings)
+    other.reset(seed=0)
+    with pytest.raises(ValueError, match=said):
+        env.set_snapshot(other.get_snapshot())
+
+
+def test_a_snapshot_of_another_number_of_corridors_is_an_error():
+    env, other = make_vec(count=2), make_vec(count=3)
+    other.reset(seed=0)
+    with pytest.raises(ValueError, match="bodies: expected shape"):
+        env.set_snapshot(other.get_snapshot())
+
+
+def test_a_snapshot_of_another_autoreset_mode_is_an_error():
+    """A corridor that is over waits for what the other mode never does."""
+    env, other = make_vec(mode=AutoresetMode.SAME_STEP), make_vec(mode=AutoresetMode.NEXT_STEP)
+    other.reset(seed=0)
+    with pytest.raises(ValueError, match="NextStep, expected SameStep"):
+        env.set_snapshot(other.get_snapshot())
 
 
 def test_a_snapshot_of_one_is_none_of_many():
@@ -306,11 +337,54 @@ def test_a_snapshot_of_one_is_none_of_many():
     vector.reset(seed=0)
     with pytest.raises(ValueError, match="expected a VectorSnapshot, got a Snapshot"):
         vector.set_snapshot(single.get_snapshot())
+    with pytest.raises(ValueError, match="expected a Snapshot, got a VectorSnapshot"):
+        single.set_snapshot(vector.get_snapshot())
 
 
-def test_a_vector_env_has_no_snapshot_before_its_first_reset():
-    with pytest.raises(gym.error.ResetNeeded, match="reset"):
-        make_vec().get_snapshot()
+@pytest.mark.parametrize("making", [make, make_vec])
+@pytest.mark.parametrize("bad", [None, {}, (np.zeros(9), np.zeros(9))], ids=str)
+def test_what_is_no_snapshot_is_an_error(making, bad):
+    with pytest.raises(ValueError, match=r"expected a \w*Snapshot, got a (NoneType|dict|tuple)"):
+        making().set_snapshot(bad)
+
+
+@pytest.mark.parametrize("making", [make, make_vec])
+def test_there_is_no_snapshot_before_the_first_reset(making):
+    with pytest.raises(gym.error.ResetNeeded, match=r"reset\(\) before get_snapshot\(\)"):
+        making().get_snapshot()
+
+
+def test_a_snapshot_has_the_generator_that_somebody_gave():
+    env = make()
+    env.reset(seed=0)
+    env.np_random = np.random.default_rng(5)
+    snapshot, start = env.get_snapshot(), env.reset()[0]
+    env.set_snapshot(snapshot)
+    assert bits(env.reset()[0]) == bits(start)
+
+
+@pytest.mark.parametrize("making", [make, make_vec])
+def test_the_sensor_noise_goes_on(making):
+    env, fresh = making("noisy"), making("noisy")
+    env.reset(seed=0)
+    drive(env, actions_of(env, np.random.default_rng(0), 5))
+    snapshot = env.get_snapshot()
+    seen = bits(env.world.observe())
+    for one in (env, fresh):
+        one.set_snapshot(snapshot)
+        assert bits(one.world.observe()) == seen
+
+
+def test_the_initial_state_belongs_to_a_snapshot():
+    env, fresh = make(), make()
+    env.reset(seed=3)
+    qpos, qvel, snapshot = env.init_qpos, env.init_qvel, env.get_snapshot()
+    env.reset()
+    fresh.reset(seed=9)
+    for one in (env, fresh):
+        one.set_snapshot(snapshot)
+        np.testing.assert_array_equal(one.init_qpos, qpos)
+        np.testing.assert_array_equal(one.init_qvel, qvel)
 
 
 def test_a_copy_has_no_window(monkeypatch):

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from socialnav_env.metrics import METRICS, NO_ONE
+from socialnav_env.metrics import METRICS, NO_ONE, TIME_HORIZON
 from socialnav_env.wrappers import (
     EpisodeMetrics,
     MetricsTable,
@@ -73,6 +73,39 @@ def test_nobody_is_at_no_distance():
     assert (table["min_human_distance"].mean, table["min_human_distance"].n) == (0.4, 1)
     nobody = MetricsTable.of([episode(min_human_distance=NO_ONE)])["min_human_distance"]
     assert nobody.n == 0 and math.isnan(nobody.mean) and nobody.cell() == "–"
+
+
+ABOUT_PEOPLE = [
+    "min_human_distance", "personal_space_compliance", "min_time_to_collision", "intimate_share",
+    "personal_share", "social_share", "public_share",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ABOUT_PEOPLE)
+def test_a_corridor_without_people_tells_nothing_of_them(name):
+    near = episode(**{name: 0.4})
+    alone = episode(**{name: 1.0} | {"min_human_distance": NO_ONE})
+    row = MetricsTable.of([alone, near])[name]
+    assert (row.mean, row.n) == (0.4, 1)
+    assert MetricsTable.of([alone])[name].n == 0
+    assert MetricsTable.of([alone])["success"].n == 1
+
+
+def test_whom_nobody_approached_had_no_time_to_collision():
+    episodes = [episode(min_time_to_collision=seconds) for seconds in (2.0, TIME_HORIZON, 4.0)]
+    row = MetricsTable.of(episodes)["min_time_to_collision"]
+    assert (row.mean, row.n) == (3.0, 2)
+    assert MetricsTable.of(episodes)["min_human_distance"].n == 3
+
+
+def test_the_empty_corridor_tells_nothing_of_people():
+    env = SocialMetrics(gym.make("SocialCorridor-v0", scenario="empty", max_episode_steps=5))
+    env.reset(seed=0)
+    for _ in range(5):
+        env.step([1.0, 0.0])
+    assert [row.name for row in env.table().rows if row.n == 0] == [
+        "time_to_goal", *(name for name in METRICS if name in ABOUT_PEOPLE)
+    ]  # fmt: skip
 
 
 def test_rows_tell_unit_and_definition():

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from socialnav_env.config import ConfigError, CorridorConfig
-from socialnav_env.variation import NO_VARIATION, Variation, variation_from
+from socialnav_env.variation import NO_VARIATION, Variation, variation_from, variation_of
 
-CONFIG = CorridorConfig(human_speed=2.0, human_speed_std=0.5)
+CONFIG = CorridorConfig(human_speed=2.0, human_speed_std=0.5, frame_skip=1)
 FIELDS = dataclasses.fields(CorridorConfig)
 VARYING = [item for item in FIELDS if item.metadata["varies"]]
 NUMBERS = [item for item in VARYING if "low" in item.metadata]
@@ -161,10 +161,26 @@ def test_an_anchor_stays_inside(name):
         variation_from({name: (0.0, 14.8)}, CONFIG)
 
 
-@pytest.mark.parametrize("options", [{"human_speed": (1.0, 2.1)}, {"human_speed_std": 0.6}])
-def test_nobody_is_faster_than_the_observations_bounds_say(options):
-    with pytest.raises(ConfigError, match="make the env with human_speed=2 raised"):
-        variation_from(options, CONFIG)
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ({"human_speed": (1.0, 2.1)}, r"human_speed=2.1: .* 4.03 m/s"),
+        ({"human_speed_std": 0.6}, r"human_speed_std=0.6: .* 4.16 m/s"),
+        ({"human_speed_std": [0.1, 0.7], "human_speed": (1.0, 1.9)},
+         r"human_speed=1.9, human_speed_std=0.7: .* 4.29 m/s"),
+        ({"human_speed": 5.0, "human_speed_std": 1.0}, "human_speed=5.0, human_speed_std=1.0: "),
+    ],
+)  # fmt: skip
+def test_nobody_is_faster_than_the_observations_bounds_say(options, named):
+    for config in (CONFIG, dataclasses.replace(CONFIG, timestep=0.09)):
+        with pytest.raises(ConfigError, match=f"{named}.*bounds allow for 3.9 m/s"):
+            variation_from(options, config)
+
+
+def test_only_the_joint_speed_matters():
+    options = {"human_speed": (1.0, 2.5), "human_speed_std": [0.0, 0.25]}
+    fastest = max(config.human_top_speed for config in draws(options))
+    assert 3.7 < fastest <= CONFIG.human_top_speed
 
 
 whatever = st.recursive(
@@ -181,7 +197,7 @@ def test_whatever_is_given_is_refused_by_name_or_can_be_drawn(options):
     try:
         variation = variation_from(options, CONFIG)
     except ConfigError as error:
-        assert str(error).split("=")[0] in {*options, "timestep"}
+        assert str(error).split("=")[0] in options or "relaxation_time" in str(error)
     else:
         assert variation.draw(CONFIG, np.random.default_rng(0)).human_speed <= 2.0
 
@@ -222,3 +238,55 @@ def test_options_that_were_stored_as_numpy_values_are_the_same_options():
     }
     plain = {"human_speed": (0.5, 1.0), "reactive": False, "start_z": -12.0}
     assert variation_from(stored, config) == variation_from(plain, config)
+
+
+@pytest.mark.parametrize(
+    ("stored", "plain"),
+    [
+        ({"human_speed": (np.float64(0.5), np.int64(1))}, {"human_speed": (0.5, 1)}),
+        ({"human_speed": [np.float32(0.5), np.float64(1.0)]}, {"human_speed": [0.5, 1.0]}),
+        ({"human_speed": np.array(0.5)}, {"human_speed": 0.5}),
+        ({"walking": np.array("along")}, {"walking": "along"}),
+        ({"walking": np.array(["along", "cross"])}, {"walking": ["along", "cross"]}),
+        ({"walking": [np.str_("along")]}, {"walking": ["along"]}),
+        ({"reactive": np.array([True, False])}, {"reactive": [True, False]}),
+        ({"reactive": [np.bool_(True), np.False_]}, {"reactive": [True, False]}),
+        ({"start_z": [np.array(-12.0)]}, {"start_z": [-12.0]}),
+    ],
+    ids=str,
+)
+def test_numpys_values_inside_are_taken_too(stored, plain):
+    variation = variation_from(stored, CorridorConfig())
+    assert variation == variation_from(plain, CorridorConfig())
+    rng = np.random.default_rng(0)
+    for name, value in variation.settings.items():
+        kinds = {type(getattr(variation.draw(CorridorConfig(), rng), name)) for _ in range(5)}
+        assert kinds <= {bool, int, float, str}, value
+
+
+# --- what a reset says ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [None, {}], ids=str)
+def test_no_options_say_nothing(options):
+    assert variation_of(options, CONFIG) is None
+
+
+def test_options_say_what_differs():
+    assert variation_of({"human_speed": 0.5}, CONFIG) == variation_from({"human_speed": 0.5}, CONFIG)
+
+
+@pytest.mark.parametrize("yes", [True, np.True_], ids=repr)
+def test_the_defaults_come_back_on_demand(yes):
+    assert variation_of({"defaults": yes}, CONFIG) is NO_VARIATION
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [{"defaults": False}, {"defaults": 1}, {"defaults": None}, {"defaults": np.ones(2)},
+     {"defaults": True, "human_speed": 0.5}],
+    ids=str,
+)  # fmt: skip
+def test_the_defaults_stand_alone(bad):
+    with pytest.raises(ConfigError, match="defaults.*expected True, and no settings beside it"):
+        variation_of(bad, CONFIG)

@@ -1,5 +1,7 @@
 import copy
 import doctest
+import itertools
+import pickle
 
 import gymnasium as gym
 import numpy as np
@@ -74,13 +76,12 @@ def test_it_tells_what_single_envs_in_gymnasiums_sync_vector_env_tell(mode, sett
         theirs.observation_space,
         theirs.action_space,
     )
-    # A mask alone leaves our other options as they are, Gymnasium's resets the single envs with {}.
-    varied = mode is not AutoresetMode.DISABLED
-    options = {"human_speed": (0.3, 0.9), "goal_z": (-1.0, 1.0)} if varied else {}
+    options = {"human_speed": (0.3, 0.9), "goal_z": (-1.0, 1.0)}
     first = (env.reset(seed=7, options=dict(options)) for env in (ours, theirs))
     for mine, yours in zip(*first, strict=True):
         assert_same(mine, yours)
     rng, ends = np.random.default_rng(0), 0
+    further = [{}, {"goal_z": -1.5}, {"defaults": True}, {"human_speed": [0.5, 0.7]}]
     for _ in range(140):
         actions = actions_for(ours, rng)
         told = ours.step(actions)
@@ -89,10 +90,33 @@ def test_it_tells_what_single_envs_in_gymnasiums_sync_vector_env_tell(mode, sett
         ended = told[2] | told[3]
         ends += np.count_nonzero(ended)
         if mode is AutoresetMode.DISABLED and ended.any():
-            mine, yours = (env.reset(options={"reset_mask": ended}) for env in (ours, theirs))
+            given = {"reset_mask": ended, **further[ends % 4]}
+            mine, yours = (env.reset(options=dict(given)) for env in (ours, theirs))
             assert_same(mine[0], yours[0])
             assert_same(mine[1], yours[1])
     assert ends >= 5
+    for one, other in zip(ours.np_random, theirs.np_random, strict=True):
+        assert one.bit_generator.state == other.bit_generator.state
+
+
+@pytest.mark.parametrize("seed", [5, [3, 8], [None, 4]], ids=str)
+def test_the_generators_are_told_as_by_gymnasiums_sync_vector_env(seed):
+    ours, theirs = make(2), make_sync(2, AutoresetMode.NEXT_STEP)
+    for env in (ours, theirs):
+        env.reset(seed=seed)
+    known = slice(1 if seed == [None, 4] else 0, None)
+    assert ours.np_random_seed[known] == theirs.np_random_seed[known]
+    assert type(ours.np_random_seed) is type(ours.np_random) is tuple
+    assert len(ours.np_random_seed) == len(ours.np_random) == 2
+    for one, other in zip(ours.np_random[known], theirs.np_random[known], strict=True):
+        assert one.bit_generator.state == other.bit_generator.state
+
+
+def test_the_first_reset_without_a_seed_goes_on_from_the_generators_that_were_told():
+    env = make(2)
+    assert len(set(env.np_random_seed)) == 2
+    seeds = list(env.np_random_seed)
+    np.testing.assert_array_equal(env.reset()[0], make(2).reset(seed=seeds)[0])
 
 
 def test_a_corridor_does_not_depend_on_how_many_there_are():
@@ -170,16 +194,33 @@ def test_impossible_counts_are_an_error(bad):
         ({"scenario": "maze"}, "scenario='maze'"),
         ({"autoreset_mode": "never"}, "autoreset_mode='never': expected one of NextStep"),
         ({"render_mode": "ansi"}, "render_mode='ansi'"),
-        ({"render_envs": [2]}, r"render_envs=\(2,\): expected different whole numbers in \[0, 1\]"),
+        ({"render_envs": [2]}, r"render_envs=\[2\]: expected different whole numbers in \[0, 1\]"),
         ({"render_envs": [0, 0]}, "render_envs"),
         ({"render_envs": []}, "render_envs"),
         ({"camera": "drone"}, "camera='drone'"),
         ({"overlays": ["ray"]}, "overlays"),
+        ({"render_envs": 5}, r"render_envs=5: expected different whole numbers in \[0, 1\]"),
+        ({"render_envs": [0.0]}, r"render_envs=\[0.0\]: expected different"),
+        ({"render_envs": [True]}, r"render_envs=\[True\]: expected different"),
+        ({"render_envs": "01"}, "render_envs='01': expected different"),
     ],
 )
 def test_unknown_keywords_are_an_error(bad, said):
     with pytest.raises(ConfigError, match=said):
         make(2, **bad)
+
+
+def test_counts_may_be_numpys():
+    env = SocialCorridorVectorEnv(
+        np.int64(2), max_episode_steps=np.int32(3), render_mode="rgb_array",
+        render_width=np.int64(64), render_envs=np.array([1]), num_humans=np.int8(2),
+    )  # fmt: skip
+    env.reset(seed=[np.int64(5), None])
+    assert (type(env.num_envs), type(env.max_episode_steps)) == (int, int)
+    assert env.render()[0].shape[1] == 64
+    for _ in range(3):
+        truncated = env.step(np.zeros((2, 2)))[3]
+    assert truncated.all()
 
 
 # --- what follows an end -------------------------------------------------------------------------
@@ -264,8 +305,19 @@ def test_seeds():
     np.testing.assert_array_equal(make(3).reset(seed=[5, 6, 7])[0], one)
     np.testing.assert_array_equal(make(3).reset(seed=np.int64(5))[0], one)
     assert len(np.unique(one, axis=0)) == 3
+    np.testing.assert_array_equal(make(3).reset(seed=np.array([5, 6, 7]))[0], one)
     with pytest.raises(ConfigError, match="seed: expected 3 seeds, got 2"):
         make(3).reset(seed=[1, 2])
+
+
+@pytest.mark.parametrize("bad", [0.5, [1, 2.0, 3], [1, "2", 3], True, "123", [1, -2, 3]], ids=str)
+def test_a_seed_is_a_whole_number(bad):
+    env = make(3)
+    env.reset(seed=0)
+    before = pickle.dumps(env.get_snapshot())
+    with pytest.raises(ConfigError, match="seed=.*: expected None or a whole number"):
+        env.reset(seed=bad)
+    assert pickle.dumps(env.get_snapshot()) == before
 
 
 def test_no_seed_goes_on_drawing():
@@ -332,7 +384,49 @@ def test_options_stay_until_others_come():
     env.reset()
     assert [round(start_of(env, n) / 3.0) for n in range(3)] == [3, 1, 1]
     env.reset(options={})
+    assert [round(start_of(env, n) / 3.0) for n in range(3)] == [3, 1, 1]
+    env.reset(options={"reset_mask": last, "defaults": True})
+    env.reset()
+    assert [round(start_of(env, n) / 3.0) for n in range(3)] == [3, 1, -5]
+    env.reset(options={"defaults": True})
     assert all(abs(start_of(env, n) + 14.0) <= 0.5 for n in range(3))
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_a_reset_that_fails_leaves_everything_as_it_was(monkeypatch, begun):
+    env, twin = make(3, ray_noise=0.1), make(3, ray_noise=0.1)
+    for one in (env, twin):
+        if begun:
+            one.reset(seed=0, options={"human_speed": 0.5})
+            one.step(AHEAD[:3])
+    begin = env.world.begin
+
+    def fails_at_the_last(n, *given):
+        if n == 2:
+            raise ConfigError("too small")
+        begin(n, *given)
+
+    with monkeypatch.context() as patch, pytest.raises(ConfigError, match="too small"):
+        patch.setattr(env.world, "begin", fails_at_the_last)
+        env.reset(seed=9, options={"human_speed": 0.9})
+    if begun:
+        assert pickle.dumps(env.get_snapshot()) == pickle.dumps(twin.get_snapshot())
+    seed = None if begun else 1
+    for mine, yours in zip(env.reset(seed=seed), twin.reset(seed=seed), strict=True):
+        assert_same(mine, yours)
+
+
+@pytest.mark.parametrize("bad", [5, [("human_speed", 0.5)], "defaults"], ids=str)
+def test_options_are_a_mapping(bad):
+    with pytest.raises(ConfigError, match=r"options=.*expected None or a mapping"):
+        make(2).reset(options=bad)
+
+
+@pytest.mark.parametrize("name", ["render", "render_tiled", "state_rows"])
+def test_there_is_nothing_to_see_before_the_first_reset(name):
+    env = make(2, render_mode="rgb_array")
+    with pytest.raises(gym.error.ResetNeeded, match=rf"reset\(\) before {name}\(\)"):
+        getattr(env, name)()
 
 
 def test_an_unknown_option_is_an_error_and_changes_nothing():
@@ -358,6 +452,17 @@ def test_infos_and_observations_of_earlier_steps_stay_as_they_were():
     for (observations, info), (then, values) in zip(told, kept, strict=True):
         np.testing.assert_array_equal(observations, then)
         assert_same(info, values)
+
+
+@pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
+def test_a_mask_that_is_written_to_changes_no_other(mode):
+    env = make(2, max_episode_steps=1, autoreset_mode=mode)
+    told = [env.reset(seed=0)[1], env.step(AHEAD[:2])[4]]
+    told += [told[1].get("final_info", {})]
+    for info in told:
+        masks = [value for name, value in info.items() if name.startswith("_")]
+        assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(masks, 2))
+        assert all(mask.flags.writeable for mask in masks)
 
 
 def test_what_is_told_may_be_written_to():

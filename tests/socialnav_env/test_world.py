@@ -185,7 +185,7 @@ def test_a_copy_goes_on_to_the_last_bit(keywords, seed, steps, how):
         twin = begun(3, seed + 1, **ROUGH, **keywords)
         twin.step(actions_for(world, np.random.default_rng(0)))
         twin.restore(world.state.copy())
-        twin.generators[:] = copy.deepcopy(world.generators)
+        twin.noises[:] = copy.deepcopy(world.noises)
         assert np.array_equal(twin.metrics, world.metrics)
     for _ in range(20):
         actions = actions_for(world, rng)
