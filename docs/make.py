@@ -6,12 +6,21 @@ import inspect
 import textwrap
 from pathlib import Path
 
-from socialnav_env import CorridorConfig, SocialCorridorEnv, config
-from socialnav_env.metrics import METRICS
+from socialnav_env import CorridorConfig, SocialCorridorEnv, SocialCorridorVectorEnv, config
+from socialnav_env.controllers import CONTROLLERS
+from socialnav_env.metrics import METRICS, SOURCES
+from socialnav_env.wrappers.table import DEFINITIONS
 
 PAGE = Path(__file__).with_name("SocialCorridor-v0.md")
-EXAMPLES = ("paper", "empty", "crowded", "doorway", "group", "queue")
-"""Scenarios and walking styles that have an animation."""
+EXAMPLES = {
+    "paper": 'scenario="paper"',
+    "empty": 'scenario="empty"',
+    "crowded": 'scenario="crowded"',
+    "doorway": 'scenario="doorway"',
+    "group": 'walking="group", num_humans=8',
+    "queue": 'walking="queue", num_humans=8',
+}
+"""Animation -> the keywords of what it shows."""
 
 
 def said_of_fields():
@@ -39,7 +48,13 @@ def keyword_rows():
     for field in dataclasses.fields(CorridorConfig):
         varies = "yes" if field.metadata["varies"] else ""
         value = f"{field.default:.4g}" if isinstance(field.default, float) else f"{field.default}"
-        yield f"| `{field.name}` | {value} | {allowed(field.metadata)} | {varies} | {said[field.name]} |"
+        may = allowed(field.metadata)
+        yield f"| `{field.name}` | {value} | {may} | {varies} | {said[field.name]} |"
+
+
+def told(thing):
+    """A docstring without its example."""
+    return inspect.getdoc(thing).partition("Example:")[0].strip()
 
 
 def scenario_rows():
@@ -53,9 +68,18 @@ def page():
     """The whole page."""
     description = inspect.cleandoc(SocialCorridorEnv.__doc__)
     pictures = "\n".join(
-        f"| `{name}` | ![{name}](../assets/gifs/{name}.gif) |" for name in EXAMPLES
+        f"| `{words}` | ![{name}](../assets/gifs/{name}.gif) |" for name, words in EXAMPLES.items()
     )
     metrics = "\n".join(f"| `{name}` | {text} |" for name, text in METRICS.items())
+    sums = "\n".join(
+        f"| `{name}` | {text} |" for name, text in DEFINITIONS.items() if name not in METRICS
+    )
+    sources = "\n".join(f"- {name}: {text}" for name, text in SOURCES.items())
+    controllers = "\n".join(
+        f"| `{robot.__name__}` | {' '.join(told(robot).split())} |"
+        for robot in CONTROLLERS.values()
+    )
+    many = told(SocialCorridorVectorEnv)
     rows = "\n".join
     return f"""# SocialCorridor-v0
 
@@ -76,15 +100,18 @@ def page():
 |---|---|
 {rows(scenario_rows())}
 
-| | Driven by a reference controller |
+Three times real speed, driven by `DynamicWindow`; dashed rings are personal space, blue lines the
+rays, arrows the social forces, bars the reward terms.
+
+| | |
 |---|---|
 {pictures}
 
 ## Keywords
 
 "Varies" says that `reset(options={{...}})` may set it too: to a value, a pair `(low, high)` drawn
-from uniformly at each start of an episode, or a list of words or switches to choose from. Options
-stay in force until a reset brings others; `options={{}}` returns to the keywords.
+from uniformly at each start of an episode, or a list to choose from. Options stay in force until a
+reset brings others; `options={{"defaults": True}}` returns to the keywords.
 
 | Keyword | Default | Allowed | Varies | |
 |---|---|---|---|---|
@@ -92,11 +119,44 @@ stay in force until a reset brings others; `options={{}}` returns to the keyword
 
 ## Social metrics
 
-Running values in `info` at each step; at an episode's end they sum it up.
+Running values in `info` at each step; at an episode's end they sum it up. The unit comes last.
 
 | Key | Definition |
 |---|---|
 {metrics}
+
+`socialnav_env.wrappers.EpisodeMetrics` adds these at an episode's end, and `SocialMetrics` (for a
+vector env `VectorSocialMetrics`) makes a table of means with 95% intervals over episodes, as
+`socialnav_env.evaluation.evaluate(policy, episodes=200, scenario="crowded")` does in one call:
+
+| Key | Definition |
+|---|---|
+{sums}
+
+{sources}
+
+## Many corridors at once
+
+`gymnasium.make_vec("SocialCorridor-v0", num_envs=256, autoreset_mode="SameStep")`: all keywords
+above, `max_episode_steps`, and `render_envs`, the corridors that `render()` draws (`render_tiled()`
+makes one picture of them).
+
+{many}
+
+## Reference controllers
+
+In `socialnav_env.controllers`, with the `predict` of stable-baselines3:
+`StraightToGoal(env.unwrapped.config).predict(observation)`.
+
+| Controller | |
+|---|---|
+{controllers}
+
+## Drive it
+
+`python -m socialnav_env.play --scenario doorway --out drives` opens a window: arrow keys drive, and
+every episode is recorded as a trajectory that replays exactly, and as a video if asked. `--help`
+tells more.
 """
 
 

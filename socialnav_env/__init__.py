@@ -2,8 +2,8 @@
 
 import gymnasium as gym
 
-from socialnav_env.config import ConfigError, CorridorConfig
-from socialnav_env.env import TIME_LIMIT, SocialCorridorEnv
+from socialnav_env.config import TIME_LIMIT, ConfigError, CorridorConfig
+from socialnav_env.env import SocialCorridorEnv
 from socialnav_env.snapshot import Snapshot, VectorSnapshot
 from socialnav_env.vector_env import SocialCorridorVectorEnv
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from socialnav_env.config import CorridorConfig
+from socialnav_env.checks import checked_seed
+from socialnav_env.config import ConfigError, CorridorConfig
 from socialnav_env.kernels import FloatArray
 from socialnav_env.keyboard import keys_to_action
 from socialnav_env.metrics import METRICS
@@ -25,13 +26,11 @@ from socialnav_env.pictures import RENDER_MODES, Pictures
 from socialnav_env.rendering import DEFAULT_OVERLAYS, Window
 from socialnav_env.reward import TERMS
 from socialnav_env.robot import action_size
-from socialnav_env.snapshot import Snapshot, generator_from
-from socialnav_env.variation import NO_VARIATION, variation_from
+from socialnav_env.snapshot import Snapshot, check_snapshot, generator_from, states_of
+from socialnav_env.variation import NO_VARIATION, variation_of
 from socialnav_env.world import World
 
 FRAMES_PER_SECOND = round(1.0 / CorridorConfig().dt)
-TIME_LIMIT = 600
-"""Steps after which `gym.make` and `gym.make_vec` truncate an episode."""
 
 INFO = (*TERMS, "x_position", "z_position", "x_velocity", "z_velocity", "collision", *METRICS)
 """The keys of `info`."""
@@ -115,10 +114,10 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     corridor's axis. Goals and people are drawn within `anchor_jitter` of their anchors. Nobody
     overlaps.
 
-    `reset(options={...})` sets how episodes differ, from that one on until other options come (`{}`
-    goes back to the env's own settings): for each field of the config marked `varies` a value, a
-    pair (low, high) to draw from uniformly, or a list to choose from, as in
-    `env.reset(options={"human_speed": (0.5, 1.0), "walking": ["cross", "along"]})`.
+    `reset(options={...})` sets how episodes differ: for each field of the config marked `varies` a
+    value, a pair (low, high) to draw from uniformly, or a list of values to choose from, as in
+    `env.reset(options={"human_speed": (0.5, 1.0), "walking": ["cross", "along"]})`. Options stay in
+    force until a reset brings others; `{"defaults": True}` returns to the keywords.
 
     ## Episode End
     The episode terminates at the end goal (`terminate_on_goal`) and at a collision
@@ -152,7 +151,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
         render_mode: str | None = None,
         render_width: int = 960,
         camera: str = "corridor",
-        overlays: Sequence[str] = DEFAULT_OVERLAYS,
+        overlays: Collection[str] = DEFAULT_OVERLAYS,
         **settings: Any,
     ) -> None:
         """Build the corridor.
@@ -170,7 +169,6 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
         self.config = CorridorConfig.from_keywords(**settings)
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.config.dt)}
         self.render_mode = render_mode
-        self.render_width = render_width
         self._pictures = Pictures(
             self.config,
             (0,),
@@ -179,9 +177,9 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
             camera=camera,
             overlays=overlays,
         )
+        self.render_width = self._pictures.width
         self.world = World(self.config, 1)
         self.world.begin(0, np.random.default_rng(0))  # a state to look at before the first reset
-        self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
         self.observation_space = gym.spaces.Box(self.world.low, self.world.high, dtype=np.float64)
         shape = (action_size(self.config),)
         self.action_space = gym.spaces.Box(-1.0, 1.0, shape, dtype=np.float32)  # type: ignore[assignment]
@@ -205,15 +203,19 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
 
         Args:
             seed: Seeds the env's generator.
-            options: What this and later episodes draw anew, see above; None changes nothing.
+            options: What this and later episodes draw anew, see above; None and {} change nothing.
 
         Raises:
-            ConfigError: An unknown or impossible option.
+            ConfigError: An unknown or impossible option or seed; the options in force stay.
         """
-        if options is not None:
-            self._variation = variation_from(options, self.config)
-        super().reset(seed=seed)
-        observation = self.reset_model()
+        before, said = self._variation, variation_of(options, self.config)
+        super().reset(seed=checked_seed(seed))
+        self._variation = before if said is None else said
+        try:
+            observation = self.reset_model()
+        except ConfigError:
+            self._variation = before
+            raise
         if self.render_mode == "human":
             self.render()
         return observation, self._info()
@@ -281,12 +283,19 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
 
         The steps that a `TimeLimit` around the env has counted are not in it: `copy.deepcopy` of
         the wrapped env keeps them.
+
+        Raises:
+            gymnasium.error.ResetNeeded: No episode has begun.
         """
+        if not self._begun:
+            raise gym.error.ResetNeeded("call reset() before get_snapshot()")
         return Snapshot(
+            config=self.config,
             state=self.world.state.copy(),
             terms=self.world.terms.copy(),
             forces=self.world.forces.copy(),
-            generators=(self.np_random.bit_generator.state,),
+            generators=states_of([self.np_random]),  # from which the next episode begins
+            noises=states_of(self.world.noises),
             variations=(self._variation,),
             trails=self._pictures.trails(),
         )
@@ -295,11 +304,13 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
         """Go on from a snapshot: the same actions then give bit-identical results.
 
         Raises:
-            ValueError: The snapshot is of a corridor with another number of people.
+            ValueError: It is no snapshot of a single env, or of one with other settings.
         """
+        check_snapshot(snapshot, Snapshot, self.config)
         self.world.restore(snapshot.state)
         self.world.terms[...], self.world.forces[...] = snapshot.terms, snapshot.forces
         self.np_random = self.world.generators[0] = generator_from(snapshot.generators[0])
+        self.world.noises[:] = map(generator_from, snapshot.noises)
         self._variation = snapshot.variations[0]
         self._pictures.resume(snapshot.trails, self.world)
         self._begun = True
@@ -311,10 +322,19 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
         """One env step [s]."""
         return self.config.dt
 
+    @property
+    def init_qpos(self) -> FloatArray:
+        """(nq,) qpos at the episode's start."""
+        return positions(self.world.state.start[0])
+
+    @property
+    def init_qvel(self) -> FloatArray:
+        """(nv,) qvel at the episode's start."""
+        return velocities(self.world.state.start[0])
+
     def reset_model(self) -> FloatArray:
         """Draw a new start; returns the observation."""
         self.world.begin(0, self.np_random, self._variation)
-        self.init_qpos, self.init_qvel = positions(self.world), velocities(self.world)
         self._pictures.forget((0,))
         self._pictures.follow(self.world)
         self._begun = True
@@ -335,7 +355,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
 
     def state_vector(self) -> FloatArray:
         """(nq + nv,) qpos and qvel."""
-        return np.concatenate([positions(self.world), velocities(self.world)])
+        return np.concatenate([self.data.qpos, self.data.qvel])
 
     def do_simulation(self, ctrl: ArrayLike, n_frames: int) -> None:
         """Run physics steps with an action, without reward or observation."""

@@ -6,7 +6,9 @@ from typing import Any, Protocol
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.vector import AutoresetMode
 
+from socialnav_env.checks import checked_count
 from socialnav_env.wrappers import MetricsTable, VectorSocialMetrics
 
 
@@ -31,10 +33,11 @@ def evaluate(
         episodes: How many; rounded up to a multiple of `num_envs`.
         num_envs: Corridors that run at once.
         seed: Corridor n's first episode has seed + n.
-        **keywords: Of `gym.make_vec("SocialCorridor-v0", ...)`.
+        **keywords: Of `gym.make_vec("SocialCorridor-v0", ...)`, all but `autoreset_mode`.
 
     Raises:
-        ValueError: `episodes` or `num_envs` is no whole number of at least 1.
+        ValueError: `episodes` or `num_envs` is no whole number of at least 1, or an
+            `autoreset_mode` is given.
 
     Example:
         >>> from socialnav_env import CorridorConfig
@@ -44,10 +47,12 @@ def evaluate(
         >>> evaluate(robot, episodes=4, num_envs=4, scenario="empty")["success"].mean
         1.0
     """
-    for name, value in (("episodes", episodes), ("num_envs", num_envs)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise ValueError(f"{name}={value!r}: expected a whole number of at least 1")
+    episodes, num_envs = checked_count("episodes", episodes), checked_count("num_envs", num_envs)
+    if "autoreset_mode" in keywords:
+        raise ValueError("autoreset_mode: expected none, since an evaluation begins anew by itself")
     each = -(-episodes // num_envs)
+    # In the same step, so that a policy with a memory is told of a start by its own observation.
+    keywords["autoreset_mode"] = AutoresetMode.SAME_STEP
     env = VectorSocialMetrics(gym.make_vec("SocialCorridor-v0", num_envs=num_envs, **keywords))
     observations, _ = env.reset(seed=seed)
     state, begins = None, np.ones(num_envs, dtype=np.bool_)

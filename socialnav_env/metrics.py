@@ -1,8 +1,8 @@
 """Social-navigation metrics of an episode, kept up step by step.
 
-Names and definitions follow Francis et al., Principles and guidelines for evaluating social robot
-navigation algorithms (2023), Habitat and HuNavSim. Distances between robot and person are surface
-to surface.
+Names and definitions are the field's, see SOURCES. All of them run on until the episode ends, `spl`
+and `time_to_goal` until the goal. For a base that moves in any direction the heading is where it
+looks, not where it goes.
 """
 
 from __future__ import annotations
@@ -14,33 +14,45 @@ from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray, kernel
 
 METRICS = {
-    "success": "1 once the end goal is reached (S)",
+    "success": "S: 1 once the end goal is reached (Francis)",
     "intermittent": "1 once the intermittent goal is collected",
-    "collisions": "collisions begun, with people or walls",
-    "human_collisions": "steps in contact with a person (HC)",
-    "wall_collisions": "steps in contact with a wall (WC)",
-    "time_to_goal": "seconds until the end goal; the time so far while it is not reached (T) [s]",
-    "path_length": "length of the robot's path (PL) [m]",
-    "spl": "success weighted by path length, S * l / max(path, l), l the shortest way (SPL)",
-    "stalled_time": "time slower than 0.05 m/s (ST) [s]",
-    "min_human_distance": "smallest distance to a person, surface to surface (DH_min) [m]",
-    "personal_space_compliance": "share of steps with nobody inside `personal_space` (PSC)",
-    "min_time_to_collision": "smallest time to touch an approaching person at constant velocities, "
-    "at most 10 s (TTC) [s]",
-    "speed_mean": "mean speed (V) [m/s]",
-    "speed_max": "largest speed [m/s]",
-    "acceleration_mean": "mean norm of the velocity's difference quotient (A) [m/s^2]",
-    "acceleration_max": "largest one [m/s^2]",
-    "jerk_mean": "mean norm of the acceleration's difference quotient (J) [m/s^3]",
-    "jerk_max": "largest one [m/s^3]",
-    "path_irregularity": "summed change of heading per metre of path [rad/m]",
-    "intimate_share": "share of steps with the nearest person closer than 0.45 m (HuNavSim)",
-    "personal_share": "the same for 0.45 to 1.2 m",
-    "social_share": "the same for 1.2 to 3.6 m",
-    "public_share": "share of steps with everybody farther away than that",
+    "collisions": "collisions begun, with people or walls: events, not steps",
+    "human_collisions": "HC: steps in contact with a person (Francis)",
+    "wall_collisions": "WC: steps in contact with a wall (Francis)",
+    "time_to_goal": "T: time until the end goal, or so far while it is not reached (Francis) [s]",
+    "path_length": "PL: sum of |p_t - p_(t-1)|, p the robot's centre (Francis) [m]",
+    "spl": "success weighted by path length, S l / max(PL until the goal, l), l the shortest way "
+    "from the start to the goal's edge, through the doorway where there is one (Anderson)",
+    "stalled_time": "ST: sum of dt over steps slower than 0.05 m/s (Francis) [s]",
+    "min_human_distance": "DH_min: smallest distance to a person, surface to surface (Francis) [m]",
+    "personal_space_compliance": "PSC: share of steps with nobody within `personal_space` (1.2 m "
+    "unless told otherwise), surface to surface (Francis)",
+    "min_time_to_collision": "TTC: smallest time until the surfaces of robot and an approaching "
+    "person touch if both keep their velocities, at most 10 s (Francis) [s]",
+    "speed_mean": "V: mean of |v_t| over the steps (Francis) [m/s]",
+    "speed_max": "largest |v_t| [m/s]",
+    "acceleration_mean": "A: mean of |a_t|, a_t = (v_t - v_(t-1)) / dt (Francis) [m/s^2]",
+    "acceleration_max": "largest |a_t| [m/s^2]",
+    "jerk_mean": "J: mean of |a_t - a_(t-1)| / dt, from the second step on (Francis) [m/s^3]",
+    "jerk_max": "largest of these [m/s^3]",
+    "path_irregularity": "sum of |change of the robot's heading| / PL (Francis) [rad/m]",
+    "intimate_share": "share of steps with the nearest person closer than 0.45 m, surface to "
+    "surface (Hall, HuNavSim)",
+    "personal_share": "the same for 0.45 to 1.2 m (Hall, HuNavSim)",
+    "social_share": "the same for 1.2 to 3.6 m (Hall, HuNavSim)",
+    "public_share": "share of steps with everybody farther away than that (Hall, HuNavSim)",
 }
 """Key in `info` -> definition; the order is that of the columns that `summarise` writes."""
 
+SOURCES = {
+    "Francis": "Francis et al., Principles and guidelines for evaluating social robot navigation "
+    "algorithms, arXiv 2306.16740 (2023)",
+    "Anderson": "Anderson et al., On evaluation of embodied navigation agents, arXiv 1807.06757 "
+    "(2018)",
+    "Hall": "Hall, The hidden dimension (1966)",
+    "HuNavSim": "Pérez-Higueras et al., HuNavSim: a ROS 2 human navigation simulator, RA-L (2023)",
+}
+"""Name in METRICS -> where the definition is from."""
 STALLED_SPEED = 0.05
 """Slower than this is stalled [m/s] (Francis et al. 2023)."""
 TIME_HORIZON = 10.0

@@ -15,15 +15,13 @@ from socialnav_env.robot import action_size
 from socialnav_env.world import World
 
 
-def positions(world: World) -> FloatArray:
-    """(3 + 2 H,) qpos of a world of one."""
-    bodies = world.state.bodies[0]
+def positions(bodies: FloatArray) -> FloatArray:
+    """(3 + 2 H,) qpos of (1 + H, 6) bodies."""
     return np.concatenate([bodies[0, [1, 0, 2]], bodies[1:, [1, 0]].ravel()])
 
 
-def velocities(world: World) -> FloatArray:
-    """(3 + 2 H,) qvel of a world of one."""
-    bodies = world.state.bodies[0]
+def velocities(bodies: FloatArray) -> FloatArray:
+    """(3 + 2 H,) qvel of (1 + H, 6) bodies."""
     return np.concatenate([bodies[0, [4, 3, 5]], bodies[1:, [4, 3]].ravel()])
 
 
@@ -57,12 +55,12 @@ class CorridorData:
     @property
     def qpos(self) -> FloatArray:
         """(nq,) positions [m, rad]."""
-        return positions(self._world)
+        return positions(self._world.state.bodies[0])
 
     @property
     def qvel(self) -> FloatArray:
         """(nv,) velocities [m/s, rad/s]."""
-        return velocities(self._world)
+        return velocities(self._world.state.bodies[0])
 
     @property
     def ctrl(self) -> FloatArray:

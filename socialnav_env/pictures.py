@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from socialnav_env.checks import is_whole
 from socialnav_env.config import ConfigError, CorridorConfig
 from socialnav_env.observation import (
     RAY_COS,
@@ -70,7 +71,6 @@ class Pictures:
     """How an env draws its corridors.
 
     Attributes:
-        mode: None, "human" or "rgb_array".
         width: Width of a picture [px].
         corridors: Which corridors are drawn; only of these a trail is kept.
     """
@@ -83,7 +83,7 @@ class Pictures:
         render_mode: str | None = None,
         render_width: int = 960,
         camera: str = "corridor",
-        overlays: Sequence[str] = DEFAULT_OVERLAYS,
+        overlays: Collection[str] = DEFAULT_OVERLAYS,
     ) -> None:
         """Check the keywords.
 
@@ -94,13 +94,12 @@ class Pictures:
             raise ConfigError(
                 f"render_mode={render_mode!r}: expected None or one of {RENDER_MODES}"
             )
-        if not (isinstance(render_width, int) and 64 <= render_width <= 4096):
+        if not (is_whole(render_width) and 64 <= render_width <= 4096):
             raise ConfigError(
                 f"render_width={render_width!r}: expected a whole number in [64, 4096]"
             )
         check_look(camera, overlays)
-        self.mode = render_mode
-        self.width = render_width
+        self.width = int(render_width)
         self.corridors = tuple(corridors)
         self._config = config
         self._camera = camera

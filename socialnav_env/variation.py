@@ -19,7 +19,7 @@ class Variation:
 
     Attributes:
         settings: Field of CorridorConfig -> a value, a pair (low, high) of numbers to draw from
-            uniformly, or a list of words or switches to choose from.
+            uniformly, or a list of values to choose from.
     """
 
     settings: Mapping[str, Any]
@@ -47,10 +47,39 @@ class Variation:
 
 NO_VARIATION = Variation({})
 """Every episode has the env's own settings."""
+DEFAULTS = "defaults"
+"""The option that returns to them."""
+SPEEDS = ("human_speed", "human_speed_std")
+"""The settings that together say how fast people are."""
+
+
+def variation_of(options: Mapping[str, Any] | None, config: CorridorConfig) -> Variation | None:
+    """What the options of a reset say of this and later episodes.
+
+    Args:
+        options: See `Variation.settings`, or {"defaults": True}. None says nothing; nor does {},
+            which Gymnasium's own vector envs send.
+        config: The env's own settings.
+
+    Returns:
+        None where nothing is said, so that all stays as it is.
+
+    Raises:
+        ConfigError: A name or a value that cannot be; the message tells what can.
+    """
+    if options is not None and not isinstance(options, Mapping):
+        raise ConfigError(f"options={options!r}: expected None or a mapping of names to values")
+    if not options:
+        return None
+    if DEFAULTS not in options:
+        return variation_from(options, config)
+    if len(options) > 1 or _plain(options[DEFAULTS]) is not True:
+        raise ConfigError(f"{DEFAULTS} in {options!r}: expected True, and no settings beside it")
+    return NO_VARIATION
 
 
 def variation_from(options: Mapping[str, Any], config: CorridorConfig) -> Variation:
-    """Check the options of a reset.
+    """Check settings that a reset's options give.
 
     Args:
         options: See `Variation.settings`.
@@ -63,19 +92,29 @@ def variation_from(options: Mapping[str, Any], config: CorridorConfig) -> Variat
     unknown = sorted(set(options) - set(valid))
     if unknown:
         raise ConfigError(
-            f"unknown reset option {', '.join(map(str, unknown))}; valid are {', '.join(valid)}"
+            f"unknown reset option {', '.join(map(str, unknown))}; "
+            f"valid are {DEFAULTS}, {', '.join(valid)}"
         )
     plain = {name: _plain(value) for name, value in options.items()}
-    for name, value in plain.items():
-        for extreme in _extremes(name, value):
-            _check_bounds(name, dataclasses.replace(config, **{name: extreme}), config)
+    extremes = {name: _extremes(name, value) for name, value in plain.items()}
+    for name, values in extremes.items():
+        # At the shortest timestep any speed is safe; how fast people may be is checked below.
+        own = dataclasses.replace(config, timestep=0.001) if name in SPEEDS else config
+        for value in values:
+            dataclasses.replace(own, **{name: value})
+    _check_top_speed({name: max(extremes[name]) for name in SPEEDS if name in extremes}, config)
     return Variation(plain)
 
 
 def _plain(value: Any) -> Any:
     """The value as Python's own: options that were stored come back as NumPy's."""
     if isinstance(value, np.ndarray):
-        return tuple(value.tolist())
+        numbers = value.ndim == 1 and np.issubdtype(value.dtype, np.number)
+        return tuple(value.tolist()) if numbers else value.tolist()
+    if isinstance(value, tuple):
+        return tuple(map(_plain, value))
+    if isinstance(value, list):
+        return list(map(_plain, value))
     return value.item() if isinstance(value, np.generic) else value
 
 
@@ -93,13 +132,20 @@ def _extremes(name: str, value: Any) -> list[Any]:
     return [value]
 
 
-def _check_bounds(name: str, episode: CorridorConfig, config: CorridorConfig) -> None:
-    """Raise ConfigError if people could be faster than the observation's bounds allow for."""
-    if episode.human_top_speed > config.human_top_speed:
+def _check_top_speed(fastest: Mapping[str, float], config: CorridorConfig) -> None:
+    """Raise ConfigError if people could be faster than the observation's bounds allow for.
+
+    Args:
+        fastest: The largest values that the options give to some of SPEEDS.
+        config: The env's own settings.
+    """
+    top = dataclasses.replace(config, timestep=0.001, **fastest).human_top_speed
+    if top > config.human_top_speed:
+        said = ", ".join(f"{name}={value}" for name, value in fastest.items())
         raise ConfigError(
-            f"{name}={getattr(episode, name)}: people would walk faster than the observation's "
-            f"bounds say; make the env with human_speed={config.human_speed:g} raised to the "
-            "highest speed wanted and draw below it"
+            f"{said}: people would walk up to {top:.4g} m/s, but the observation's bounds allow "
+            f"for {config.human_top_speed:.4g} m/s; make the env with the highest speeds wanted "
+            "and draw below them"
         )
 
 

@@ -10,20 +10,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import ArrayLike
 
-from socialnav_env.config import ConfigError, CorridorConfig
-from socialnav_env.env import TIME_LIMIT
+from socialnav_env.checks import checked_count, checked_seed, is_whole
+from socialnav_env.config import TIME_LIMIT, ConfigError
 from socialnav_env.kernels import FloatArray, IntArray
-from socialnav_env.variation import Variation, variation_from
 
 DRAWN = 16
 """So many corridors are drawn where nobody says which."""
-
-
-def checked_count(name: str, value: Any) -> int:
-    """A whole number of at least 1, or a ConfigError."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ConfigError(f"{name}={value!r}: expected a whole number of at least 1")
-    return value
 
 
 def time_limit(steps: int | None) -> float:
@@ -46,12 +38,13 @@ def drawn_corridors(corridors: Iterable[int] | None, count: int) -> tuple[int, .
     """Which of `count` corridors are drawn, or a ConfigError."""
     if corridors is None:
         return tuple(range(min(count, DRAWN)))
-    chosen = tuple(corridors)
-    if not chosen or len(set(chosen)) < len(chosen) or not set(chosen) <= set(range(count)):
+    chosen = tuple(corridors) if isinstance(corridors, Iterable) else ()
+    known = all(is_whole(n) and 0 <= n < count for n in chosen)
+    if not chosen or not known or len(set(chosen)) < len(chosen):
         raise ConfigError(
-            f"render_envs={chosen}: expected different whole numbers in [0, {count - 1}]"
+            f"render_envs={corridors!r}: expected different whole numbers in [0, {count - 1}]"
         )
-    return chosen
+    return tuple(map(int, chosen))
 
 
 def checked_actions(actions: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
@@ -68,17 +61,25 @@ def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | 
     """A seed for each of `count` corridors, or a ConfigError; None is none."""
     if seed is None:
         return [None] * count
-    if isinstance(seed, int | np.integer):
-        return [int(seed) + n for n in range(count)]
+    if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
+        first = checked_seed(seed)
+        return [first + n for n in range(count)]
     if len(seed) != count:
         raise ConfigError(f"seed: expected {count} seeds, got {len(seed)}")
-    return [None if one is None else int(one) for one in seed]
+    return [checked_seed(one) for one in seed]
 
 
-def chosen_corridors(options: Mapping[str, Any] | None, count: int) -> IntArray:
-    """Indices of those of `count` corridors that a reset is for, or a ConfigError."""
-    if options is None or "reset_mask" not in options:
-        return np.arange(count)
+def split_options(options: Mapping[str, Any] | None, count: int) -> tuple[IntArray, Any]:
+    """What a reset's options say of which of `count` corridors, and the rest.
+
+    Returns:
+        Indices of the corridors that the reset is for, and the options without the mask.
+
+    Raises:
+        ConfigError: The mask is no (N,) array of bool with a True in it.
+    """
+    if not isinstance(options, Mapping) or "reset_mask" not in options:
+        return np.arange(count), options
     mask = options["reset_mask"]
     fits = isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (count,)
     if not fits or not mask.any():
@@ -86,16 +87,5 @@ def chosen_corridors(options: Mapping[str, Any] | None, count: int) -> IntArray:
             f"reset_mask={mask!r}: expected an array of bool of shape ({count},), at least one of "
             "them True"
         )
-    return np.flatnonzero(mask)
-
-
-def variation_of(options: Mapping[str, Any] | None, config: CorridorConfig) -> Variation | None:
-    """What a reset's options say of later episodes, or a ConfigError; None is nothing.
-
-    A `reset_mask` alone says nothing, or nobody could reset some corridors and leave the rest of
-    the options as they are.
-    """
-    if options is None or set(options) == {"reset_mask"}:
-        return None
-    further = {name: value for name, value in options.items() if name != "reset_mask"}
-    return variation_from(further, config)
+    rest = {name: value for name, value in options.items() if name != "reset_mask"}
+    return np.flatnonzero(mask), rest

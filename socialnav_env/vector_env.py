@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -12,23 +12,22 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from socialnav_env.config import CorridorConfig
+from socialnav_env.checks import checked_count
+from socialnav_env.config import ConfigError, CorridorConfig
 from socialnav_env.env import FRAMES_PER_SECOND, INFO
 from socialnav_env.kernels import BoolArray, FloatArray, IntArray
 from socialnav_env.pictures import RENDER_MODES, Pictures
 from socialnav_env.rendering import DEFAULT_OVERLAYS, Window, tile
 from socialnav_env.robot import action_size
-from socialnav_env.snapshot import Snapshot, VectorSnapshot, generator_from
-from socialnav_env.variation import NO_VARIATION, Variation
+from socialnav_env.snapshot import VectorSnapshot, check_snapshot, generator_from, states_of
+from socialnav_env.variation import NO_VARIATION, Variation, variation_of
 from socialnav_env.vector_checks import (
     autoreset_mode_of,
     checked_actions,
-    checked_count,
-    chosen_corridors,
     drawn_corridors,
     seeds_of,
+    split_options,
     time_limit,
-    variation_of,
 )
 from socialnav_env.world import World
 
@@ -80,7 +79,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         render_width: int = 960,
         render_envs: Iterable[int] | None = None,
         camera: str = "corridor",
-        overlays: Sequence[str] = DEFAULT_OVERLAYS,
+        overlays: Collection[str] = DEFAULT_OVERLAYS,
         **settings: Any,
     ) -> None:
         """Build the corridors.
@@ -100,7 +99,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         Raises:
             ConfigError: An unknown or impossible keyword.
         """
-        self.num_envs = checked_count("num_envs", num_envs)
+        self.num_envs = num_envs = checked_count("num_envs", num_envs)
         self.max_episode_steps = time_limit(max_episode_steps)
         self._mode = autoreset_mode_of(autoreset_mode)
         self.config = CorridorConfig.from_keywords(**settings)
@@ -133,6 +132,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         self._ended: BoolArray = np.zeros(num_envs, dtype=np.bool_)
         self._variations: list[Variation] = [NO_VARIATION] * num_envs
         self._observations: FloatArray = np.zeros((num_envs, len(self.world.low)))
+        self._seeds: list[int | None] = [None] * num_envs
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but the window: a copy goes on from the same moment."""
@@ -152,26 +152,26 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
             seed: Corridor n gets seed + n, or the n-th of a list; None goes on drawing from the
                 generator that there is.
             options: `reset_mask`, an (N,) array of bool; and what this and later episodes of the
-                chosen corridors draw anew, as for the single env. Nothing but a mask changes
-                nothing of that.
+                chosen corridors draw anew, as for the single env. Options stay in force until a
+                reset brings others; {"defaults": True} returns to the keywords.
 
         Returns:
             The observations of all corridors, and the info of those that begin.
 
         Raises:
-            ConfigError: An unknown or impossible option, or a list of another length than N.
+            ConfigError: An unknown or impossible option or seed, or a list of another length than
+                N; nothing has changed then.
             gymnasium.error.ResetNeeded: Only some corridors are chosen, and none has begun.
         """
-        chosen = chosen_corridors(options, self.num_envs)
-        variation = variation_of(options, self.config)
+        chosen, settings = split_options(options, self.num_envs)
+        variation = variation_of(settings, self.config)
         seeds = seeds_of(seed, self.num_envs)
         if not self._begun and len(chosen) < self.num_envs:
             raise gym.error.ResetNeeded("reset all corridors before only some of them")
-        for n in chosen.tolist():
-            if seeds[n] is not None or not self._begun:
-                self.world.generators[n] = seeding.np_random(seeds[n])[0]
-            self._variations[n] = variation or self._variations[n]
-        self._begin(chosen)
+        if variation is None:
+            self._begin(chosen, seeds)
+        else:
+            self._begin_otherwise(chosen, seeds, variation)
         self._begun = True
         self._ended[chosen] = False
         self._observations[chosen] = self.world.observe(chosen)
@@ -223,6 +223,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
                 "render() needs a render_mode: gym.make_vec(..., render_mode='rgb_array')"
             )
             return None
+        self._check_begun("render")
         if self.render_mode == "rgb_array":
             return self._pictures.frames(self.world)
         self._window = self._window or Window()
@@ -231,6 +232,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
 
     def render_tiled(self) -> NDArray[np.uint8]:
         """(h, w, 3) the pictures of all `render_envs` side by side."""
+        self._check_begun("render_tiled")
         return tile(self._pictures.frames(self.world))
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -243,6 +245,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
 
     def state_rows(self) -> FloatArray:
         """(N, 9 + 5 H) what pictures of the present moment need (`State.scene_rows`)."""
+        self._check_begun("state_rows")
         return self.world.state.scene_rows()
 
     def get_snapshot(self) -> VectorSnapshot:
@@ -251,32 +254,40 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         Raises:
             gymnasium.error.ResetNeeded: No episode has begun.
         """
-        if not self._begun:
-            raise gym.error.ResetNeeded("call reset() before get_snapshot()")
+        self._check_begun("get_snapshot")
         return VectorSnapshot(
+            config=self.config,
             state=self.world.state.copy(),
             terms=self.world.terms.copy(),
             forces=self.world.forces.copy(),
-            generators=tuple(rng.bit_generator.state for rng in self.world.generators),
+            generators=states_of(self.world.generators),
+            noises=states_of(self.world.noises),
             variations=tuple(self._variations),
             trails=self._pictures.trails(),
+            autoreset_mode=self._mode,
             elapsed=self._elapsed.copy(),
             ended=self._ended.copy(),
             observations=self._observations.copy(),
         )
 
-    def set_snapshot(self, snapshot: Snapshot) -> None:
+    def set_snapshot(self, snapshot: VectorSnapshot) -> None:
         """Go on from a snapshot: the same actions then give bit-identical results.
 
         Raises:
-            ValueError: The snapshot is of a single env, or of another number of corridors or
-                people.
+            ValueError: It is no snapshot of a vector env, or of one with other settings, another
+                number of corridors or another autoreset mode.
         """
-        if not isinstance(snapshot, VectorSnapshot):
-            raise ValueError(f"expected a VectorSnapshot, got a {type(snapshot).__name__}")
+        check_snapshot(snapshot, VectorSnapshot, self.config)
+        if snapshot.autoreset_mode is not self._mode:
+            raise ValueError(
+                f"the snapshot is of an env with autoreset_mode {snapshot.autoreset_mode.value}, "
+                f"expected {self._mode.value}"
+            )
         self.world.restore(snapshot.state)
         self.world.terms[...], self.world.forces[...] = snapshot.terms, snapshot.forces
         self.world.generators[:] = map(generator_from, snapshot.generators)
+        self.world.noises[:] = map(generator_from, snapshot.noises)
+        self._seeds = [-1] * self.num_envs  # Gymnasium's word for a generator whose seed is unknown
         self._variations = list(snapshot.variations)
         self._pictures.resume(snapshot.trails, self.world)
         self._elapsed = snapshot.elapsed.copy()
@@ -284,9 +295,49 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         self._observations = snapshot.observations.copy()
         self._begun = True
 
+    # --- random numbers --------------------------------------------------------------------------
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
+        """Each corridor's generator, as SyncVectorEnv tells them."""
+        self._seed([None] * self.num_envs)
+        return tuple(self.world.generators)
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # type: ignore[override]
+        """The seed of each corridor's generator; -1 where it came with a snapshot."""
+        self._seed([None] * self.num_envs)
+        return tuple(self._seeds)
+
     # ---------------------------------------------------------------------------------------------
 
-    def _begin(self, chosen: IntArray) -> None:
+    def _seed(self, seeds: Sequence[int | None]) -> None:
+        """Make the generators anew that get a seed, and those that never had one."""
+        for n, seed in enumerate(seeds):
+            if seed is not None or self._seeds[n] is None:
+                self.world.generators[n], self._seeds[n] = seeding.np_random(seed)
+
+    def _begin_otherwise(
+        self, chosen: IntArray, seeds: Sequence[int | None], variation: Variation
+    ) -> None:
+        """Begin episodes that draw other things anew than before; all is as before if one cannot.
+
+        Raises:
+            ConfigError: A corridor has no room for what is drawn.
+        """
+        before = self.get_snapshot() if self._begun else None
+        variations, told_seeds = self._variations.copy(), self._seeds.copy()
+        for n in chosen.tolist():
+            self._variations[n] = variation
+        try:
+            self._begin(chosen, seeds)
+        except ConfigError:
+            if before is not None:
+                self.set_snapshot(before)
+            self._variations, self._seeds = variations, told_seeds
+            raise
+
+    def _begin(self, chosen: IntArray, seeds: Sequence[int | None] | None = None) -> None:
         """Begin an episode in the chosen corridors."""
         for n in chosen.tolist():
             self.world.begin(n, self.world.generators[n], self._variations[n])
@@ -308,7 +359,8 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         if not mask.all():
             for value in values:
                 value[~mask] = 0
-        return {**dict(zip(INFO, values, strict=True)), **dict.fromkeys(MASKS, mask)}
+        masks = np.repeat(mask[None], len(MASKS), axis=0)  # one each: whoever asked may write to it
+        return {**dict(zip(INFO, values, strict=True)), **dict(zip(MASKS, masks, strict=True))}
 
     def _final(self, observations: FloatArray) -> dict[str, Any]:
         """What SyncVectorEnv tells of episodes that are over, under its keys."""
@@ -320,13 +372,17 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
             "final_obs": final,
             "_final_obs": ended,
             "final_info": self._info(ended),
-            "_final_info": ended,
+            "_final_info": ended.copy(),
         }
+
+    def _check_begun(self, name: str) -> None:
+        """Raise ResetNeeded unless episodes have begun."""
+        if not self._begun:
+            raise gym.error.ResetNeeded(f"call reset() before {name}()")
 
     def _check_ready(self) -> None:
         """Raise ResetNeeded unless every corridor can take a step."""
-        if not self._begun:
-            raise gym.error.ResetNeeded("call reset() before step()")
+        self._check_begun("step")
         if self._mode is AutoresetMode.DISABLED and self._ended.any():
             raise gym.error.ResetNeeded(
                 f"the episodes of corridors {np.flatnonzero(self._ended).tolist()} are over; call "

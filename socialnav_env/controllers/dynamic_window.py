@@ -147,7 +147,7 @@ def merit(
             return -COLLISION_WEIGHT * (2.0 - step / STEPS)
     after = math.sqrt((way[0] - z) ** 2 + (way[1] - x) ** 2)
     progress = (before - after) / (p.robot_speed * HORIZON)
-    course = angle + (math.atan2(left, ahead) if left != 0.0 else 0.0)
+    course = angle + math.atan2(left, ahead)
     alignment = math.cos(math.atan2(way[1] - x, way[0] - z) - course)
     return progress + HEADING_WEIGHT * alignment + CLEARANCE_WEIGHT * free
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +53,7 @@ class Annotations:
                 raise SceneError(f"terms: expected finite numbers, got {name}={term}")
 
 
-def check_look(camera: str, overlays: Sequence[str]) -> None:
+def check_look(camera: str, overlays: Collection[str]) -> None:
     """Check the keywords that say how pictures look.
 
     Raises:
@@ -61,8 +61,8 @@ def check_look(camera: str, overlays: Sequence[str]) -> None:
     """
     if camera not in CAMERAS:
         raise ConfigError(f"camera={camera!r}: expected one of {', '.join(CAMERAS)}")
-    known = not isinstance(overlays, str) and all(name in OVERLAYS for name in overlays)
-    if not known:
+    many = isinstance(overlays, Collection) and not isinstance(overlays, str)
+    if not many or not all(name in OVERLAYS for name in overlays):
         raise ConfigError(f"overlays={overlays!r}: expected some of {', '.join(OVERLAYS)}")
 
 

@@ -8,6 +8,7 @@ from typing import Any, Generic
 import gymnasium as gym
 from gymnasium.utils import RecordConstructorArgs
 
+from socialnav_env.checks import checked_count
 from socialnav_env.wrappers.types import Action, Observation, Step
 
 
@@ -47,9 +48,8 @@ class FixedHorizon(
         """
         RecordConstructorArgs.__init__(self, steps=steps)
         super().__init__(env)
+        steps = checked_count("steps", steps)
         limit = env.spec.max_episode_steps if env.spec is not None else None
-        if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-            raise ValueError(f"steps={steps!r}: expected a whole number of at least 1")
         if limit is not None and steps > limit:
             raise ValueError(
                 f"steps={steps}: the env's own time limit is {limit}; "

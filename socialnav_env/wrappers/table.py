@@ -12,12 +12,22 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from socialnav_env.metrics import METRICS, NO_ONE
+from socialnav_env.metrics import METRICS, NO_ONE, TIME_HORIZON
 
 CONFIDENCE = 0.95
 """Share of such intervals that hold the true mean."""
 RATES = ("success", "intermittent", "collided", "timeout")
 """Metrics that are 0 or 1 in an episode, so that their mean is a rate."""
+ABOUT_PEOPLE = (
+    "min_human_distance",
+    "personal_space_compliance",
+    "min_time_to_collision",
+    "intimate_share",
+    "personal_share",
+    "social_share",
+    "public_share",
+)
+"""Metrics that say nothing where there is nobody."""
 DEFINITIONS = {
     **METRICS,
     "collided": "1 when there was a collision",
@@ -167,4 +177,6 @@ def _tells(name: str, episode: Mapping[str, float]) -> bool:
     """Whether an episode has a value of that metric, or only a stand-in for none."""
     if name == "time_to_goal":
         return episode["success"] > 0
-    return name != "min_human_distance" or episode[name] < NO_ONE
+    if name in ABOUT_PEOPLE and episode["min_human_distance"] == NO_ONE:
+        return False
+    return name != "min_time_to_collision" or episode[name] < TIME_HORIZON
