@@ -110,8 +110,8 @@ rays, arrows the social forces, bars the reward terms.
 ## Keywords
 
 "Varies" says that `reset(options={{...}})` may set it too: to a value, a pair `(low, high)` drawn
-from uniformly at each start of an episode, or a list to choose from. Options stay in force until a
-reset brings others; `options={{"defaults": True}}` returns to the keywords.
+from uniformly at each start of an episode, or a list of values to choose from. Options stay in
+force until a reset brings others; `options={{"defaults": True}}` returns to the keywords.
 
 | Keyword | Default | Allowed | Varies | |
 |---|---|---|---|---|

@@ -29,7 +29,11 @@ SHOWN = ["success", "collided", "intermittent", "timeout", "spl", "time_to_goal"
 
 
 def main(run: Path, episodes: int, out: Path) -> None:
-    config = json.loads((run / "results.json").read_text(encoding="utf-8"))["config"]
+    results = run / "results.json"
+    if not results.is_file() or not any((run / "models").glob("policy-*.pt")):
+        raise ValueError(f"{run}: expected the folder of a finished `polite replicate`, "
+                         "with results.json and models/policy-*.pt")  # fmt: skip
+    config = json.loads(results.read_text(encoding="utf-8"))["config"]
     scene = {"anchor_jitter": config["anchor_jitter"], "terminate_on_collision": False}
     corridor = CorridorConfig(**scene)
     policies = {name: robot(corridor) for name, robot in CONTROLLERS.items()}
@@ -50,7 +54,11 @@ def main(run: Path, episodes: int, out: Path) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("run", type=Path, help="folder of a finished `polite replicate`")
-    parser.add_argument("--episodes", type=int, default=200, help="of each policy, at least")
+    parser.add_argument("--episodes", type=int, default=200,
+                        help="of each policy; rounded up to a multiple of 50")  # fmt: skip
     parser.add_argument("--out", type=Path, default=Path("comparison"), help="folder")
     given = parser.parse_args()
-    main(given.run, given.episodes, given.out)
+    try:
+        main(given.run, given.episodes, given.out)
+    except ValueError as error:
+        parser.error(str(error))

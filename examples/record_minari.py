@@ -4,7 +4,7 @@
     python examples/record_minari.py --out datasets --episodes 20
 
 `minari.load_dataset` finds it under the same MINARI_DATASETS_PATH, and offline reinforcement
-learning can begin.
+learning can begin. Only after `import socialnav_env` can `recover_environment()` make the env.
 """
 
 import argparse
@@ -38,8 +38,6 @@ def record(episodes):
         NAME,
         algorithm_name="social force with noise 0.3",
         author="the authors of socialnav-polite",
-        author_email="nobody@example.org",
-        code_permalink="examples/record_minari.py",
         description="A robot among three people who cross a corridor.",
         eval_env="SocialCorridor-v0",
     )
@@ -49,7 +47,7 @@ def record(episodes):
 
 def replay(dataset):
     """Whether the seeds and actions give the observations again."""
-    env, exact = dataset.recover_environment(), True
+    env, exact = dataset.recover_environment(), True  # socialnav_env has been imported above
     details = dataset.storage.get_episode_metadata(range(len(dataset)))
     for episode, detail in zip(dataset, details, strict=True):
         seen = [env.reset(seed=detail["seed"])[0], *(env.step(a)[0] for a in episode.actions)]
@@ -60,6 +58,8 @@ def replay(dataset):
 def main(out: Path, episodes: int) -> None:
     os.environ["MINARI_DATASETS_PATH"] = str(out)
     warnings.filterwarnings("ignore", "Implicitly cleaning up", ResourceWarning)  # Minari's own
+    # It would like an address of the author and a link to the code; give yours in `record`.
+    warnings.filterwarnings("ignore", "`(author_email|code_permalink)` is set to None")
     record(episodes)
     import minari
 
@@ -74,4 +74,6 @@ if __name__ == "__main__":
     parser.add_argument("--out", type=Path, default=Path("datasets"), help="folder of data sets")
     parser.add_argument("--episodes", type=int, default=20, help="how many")
     given = parser.parse_args()
+    if given.episodes < 1:
+        parser.error(f"--episodes {given.episodes}: expected at least 1")
     main(given.out.resolve(), given.episodes)

@@ -5,7 +5,7 @@
 The docstring of `socialnav_env.SocialCorridorEnv` says what the observation's entries are.
 """
 
-import sys
+import argparse
 from pathlib import Path
 
 import gymnasium as gym
@@ -30,4 +30,6 @@ def main(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "corridor.gif"))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", nargs="?", type=Path, default="corridor.gif", help="the GIF")
+    main(parser.parse_args().out)

@@ -3,7 +3,8 @@
     python -m socialnav_env.play --scenario crowded --out drives --video gif
 
 Up drives forward, left and right turn; with --action holonomic the arrows move and a and d turn.
-When an episode is over, space begins the next one. r begins the episode again, escape ends.
+When an episode is over, space begins the next one. r begins the episode again and throws away an
+unfinished drive; escape ends and keeps it.
 """
 
 from __future__ import annotations
@@ -26,13 +27,14 @@ from socialnav_env.keyboard import action_of
 from socialnav_env.metrics import NO_ONE
 from socialnav_env.recording import VIDEO_FORMATS, Recording, save_recording, write_video
 from socialnav_env.rendering import CAMERAS, DEFAULT_OVERLAYS, OVERLAYS, Window
+from socialnav_env.rendering.window import NoDisplayError
 
 HELP = {
     "unicycle": "up: forward, left and right: turn",
     "holonomic": "arrows: move, a and d: turn",
 }
 """For each kind of action: what the keys do."""
-COMMANDS = "r: again, space: next, escape: end"
+COMMANDS = "r: again (an unfinished drive is lost), space: next, escape: end"
 """The other keys."""
 Env = gym.Env[FloatArray, NDArray[np.float32]]
 
@@ -104,6 +106,9 @@ def play(env: Env, window: Window, seed: int, keep: Callable[[Drive], object]) -
         window: Where it is shown and keys are pressed.
         seed: Of the first episode; the next ones have the seeds after it.
         keep: Called with every episode that ended, and with the one that was broken off.
+
+    Raises:
+        NoDisplayError: There is nothing on which the window could be seen.
     """
     fps = env.metadata["render_fps"]
     drive = Drive(env, seed)
@@ -172,6 +177,8 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--scenario", choices=SCENARIOS, default="paper", help="named scenario")
+    parser.add_argument("--walking", metavar="HOW", help="people's way, e.g. along, group or queue")
+    parser.add_argument("--num-humans", type=int, metavar="N", help="how many people there are")
     parser.add_argument("--action", choices=HELP, default="unicycle", help="how the robot moves")
     parser.add_argument("--seed", type=int, default=0, help="of the first episode (default 0)")
     parser.add_argument("--camera", choices=CAMERAS, default=CAMERAS[0], help="what is shown")
@@ -199,7 +206,9 @@ def main(arguments: Sequence[str] | None = None, window: Window | None = None) -
         parser.error("--video mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg, or use gif")
     if chosen.seed < 0:
         parser.error(f"--seed {chosen.seed}: expected a whole number of at least 0")
-    keywords = {"scenario": chosen.scenario, "action": chosen.action}
+    people = {"walking": chosen.walking, "num_humans": chosen.num_humans}
+    given = {name: value for name, value in people.items() if value is not None}
+    keywords = {"scenario": chosen.scenario, "action": chosen.action, **given}
     try:
         env = gym.make(
             "SocialCorridor-v0",
@@ -216,6 +225,8 @@ def main(arguments: Sequence[str] | None = None, window: Window | None = None) -
     window = window or Window(f"SocialCorridor – {text}")
     try:
         play(env, window, chosen.seed, Keeper(env, keywords, chosen.out, chosen.video))
+    except NoDisplayError as error:
+        parser.exit(2, f"{parser.prog}: error: {error}\n")
     finally:
         window.close()
         env.close()

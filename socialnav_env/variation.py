@@ -132,7 +132,7 @@ def _extremes(name: str, value: Any) -> list[Any]:
     return [value]
 
 
-def _check_top_speed(fastest: Mapping[str, float], config: CorridorConfig) -> None:
+def _check_top_speed(fastest: Mapping[str, Any], config: CorridorConfig) -> None:
     """Raise ConfigError if people could be faster than the observation's bounds allow for.
 
     Args:
@@ -140,7 +140,7 @@ def _check_top_speed(fastest: Mapping[str, float], config: CorridorConfig) -> No
         config: The env's own settings.
     """
     top = dataclasses.replace(config, timestep=0.001, **fastest).human_top_speed
-    if top > config.human_top_speed:
+    if top > config.human_top_speed + 1e-9:  # sums that are equal may differ in their last bit
         said = ", ".join(f"{name}={value}" for name, value in fastest.items())
         raise ConfigError(
             f"{said}: people would walk up to {top:.4g} m/s, but the observation's bounds allow "

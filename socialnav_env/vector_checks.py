@@ -57,13 +57,16 @@ def checked_actions(actions: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     return checked
 
 
-def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
-    """A seed for each of `count` corridors, or a ConfigError; None is none."""
-    if seed is None:
-        return [None] * count
+def seeds_of(seed: Any, count: int) -> list[int | None]:
+    """A seed for each of `count` corridors, or a ConfigError; None is none.
+
+    Args:
+        seed: Corridor 0's, from which the others count on, or one for each.
+        count: N.
+    """
     if isinstance(seed, str) or not isinstance(seed, Sequence | np.ndarray):
         first = checked_seed(seed)
-        return [first + n for n in range(count)]
+        return [None if first is None else first + n for n in range(count)]
     if len(seed) != count:
         raise ConfigError(f"seed: expected {count} seeds, got {len(seed)}")
     return [checked_seed(one) for one in seed]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from socialnav_env.checks import is_whole
 from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import FloatArray, IntArray
 from socialnav_env.layout import draw_layout
@@ -133,7 +134,7 @@ class World:
         Raises:
             ValueError: `frames` is no such number.
         """
-        if isinstance(frames, bool) or not isinstance(frames, int) or frames < 1:
+        if not is_whole(frames) or frames < 1:
             raise ValueError(f"frames={frames!r}: expected a whole number of at least 1")
         state, config, commands = self.state, self.config, self._physics.commands
         drive(

@@ -2,29 +2,43 @@
 
 import importlib.util
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
+import pygame
 import pytest
 
 from polite.policies.policy import GaussianPolicy, save_policy
+from socialnav_env.rendering import Window
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
-def run(name, *arguments):
-    done = subprocess.run(
+def start(name, *arguments):
+    return subprocess.run(
         [sys.executable, "-W", "error", EXAMPLES / name, *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,
         check=False,
     )
+
+
+def run(name, *arguments):
+    done = start(name, *arguments)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def refused(name, *arguments):
+    """The last line of what an example says to a mistake of its user."""
+    done = start(name, *arguments)
+    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+    return done.stderr.splitlines()[-1]
 
 
 def test_watch(tmp_path):
@@ -41,11 +55,70 @@ def test_drive(tmp_path):
         assert len(recording["observations"]) == len(recording["actions"]) + 1 > 100
 
 
+class Hands(Window):
+    """A real window in which events happen as a script says: a list of them for each frame."""
+
+    def __init__(self, *script):
+        super().__init__()
+        self.script = list(script)
+
+    def show(self, frame, fps):
+        super().show(frame, 100_000)  # at no particular pace
+
+    def keys(self):
+        for kind, *key in self.script.pop(0) if self.script else ():
+            pygame.event.post(pygame.event.Event(kind, **({"key": key[0]} if key else {})))
+        return super().keys()
+
+
+@pytest.fixture
+def drive(monkeypatch):
+    """The example as a module, on SDL's dummy display."""
+    monkeypatch.setitem(os.environ, "SDL_VIDEODRIVER", "dummy")
+    spec = importlib.util.spec_from_file_location("drive", EXAMPLES / "drive.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    yield module
+    pygame.display.quit()
+
+
+UP, LEFT = (pygame.KEYDOWN, pygame.K_UP), (pygame.KEYDOWN, pygame.K_LEFT)
+ESCAPE, QUIT = (pygame.KEYDOWN, pygame.K_ESCAPE), (pygame.QUIT,)
+
+
+def test_drive_in_a_window_ends_with_its_episode(drive, tmp_path, capsys):
+    script = [[UP, LEFT], *[[]] * 14, [(pygame.KEYUP, pygame.K_LEFT)]]  # to the left, into the wall
+    drive.main(tmp_path / "drive.npz", 0, Hands(*script))
+    told = capsys.readouterr().out
+    assert "you, seed 0: collision after" in told and "social force, same start" in told
+    assert drive.load_recording(tmp_path / "drive.npz").terminated
+    assert not pygame.display.get_init()
+
+
+@pytest.mark.parametrize("end", [ESCAPE, QUIT])
+def test_drive_in_a_window_keeps_what_was_broken_off(drive, tmp_path, capsys, end):
+    drive.main(tmp_path / "drive.npz", 0, Hands([UP], [], [], [end]))
+    assert "you, seed 0: no goal after 0.3 s" in capsys.readouterr().out
+    assert len(drive.load_recording(tmp_path / "drive.npz").actions) == 3
+
+
+@pytest.mark.parametrize("end", [ESCAPE, QUIT])
+def test_drive_in_a_window_that_is_closed_at_once(drive, tmp_path, capsys, end):
+    drive.main(tmp_path / "drive.npz", 0, Hands([end]))
+    assert capsys.readouterr().out == "nothing was driven, so nothing is kept\n"
+    assert os.listdir(tmp_path) == []
+
+
+def test_drive_without_a_display(tmp_path, monkeypatch):
+    monkeypatch.setitem(os.environ, "SDL_VIDEODRIVER", "moon")  # there is none of that name
+    assert "error: no display was found" in refused("drive.py", "--out", tmp_path / "drive.npz")
+
+
 def test_train_sb3(tmp_path):
     out = tmp_path / "ppo.zip"
-    small = ["--steps", 1024, "--num-envs", 8, "--scenario", "empty", "--episodes", 10]
+    small = ["--steps", 1000, "--num-envs", 8, "--scenario", "empty", "--episodes", 10]
     told = run("train_sb3.py", *small, "--out", out)
-    assert "| success |" in told and "1024 steps" in told
+    assert "| success |" in told and "1024 steps in" in told  # whole rollouts of 8 * 64
     assert out.exists()
     with np.load(tmp_path / "ppo.scale.npz", allow_pickle=False) as scale:
         assert scale["mean"].shape == scale["var"].shape == (24,)
@@ -59,6 +132,10 @@ def test_record_minari(tmp_path):
     told = run("record_minari.py", "--out", tmp_path, "--episodes", 2)
     assert "2 episodes" in told and "replayed exactly: True" in told
     assert (tmp_path / "social-corridor" / "social-force-v0").is_dir()
+
+
+def test_record_minari_wants_an_episode(tmp_path):
+    assert "--episodes 0: expected at least 1" in refused("record_minari.py", "--episodes", 0)
 
 
 def test_compare_scenarios(tmp_path):
@@ -111,6 +188,26 @@ def test_compare_policies(tmp_path):
     table = (tmp_path / "out" / "policies.md").read_text("utf-8")
     assert "dynamic-window | PPO, POLITE's reward 3 |" in table
     assert "50 episodes each" in table
+
+
+@pytest.mark.parametrize("content", ["nothing", "results.json", "models"])
+def test_compare_policies_wants_a_finished_study(tmp_path, content):
+    run = tmp_path / "run"
+    if content == "results.json":
+        run.mkdir()
+        (run / content).write_text("{}")
+    elif content == "models":
+        (run / content).mkdir(parents=True)
+    line = refused("compare_policies.py", run, "--out", tmp_path / "out")
+    assert f"error: {run}: expected the folder of a finished `polite replicate`" in line
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.name)
+def test_help_is_all_that_help_does(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "usage:" in run(path.name, "--help")
+    assert os.listdir(tmp_path) == []
 
 
 def test_every_example_is_run_here():

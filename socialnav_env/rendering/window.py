@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pygame
 from numpy.typing import NDArray
+
+
+UNSEEN = ("offscreen", "dummy")
+"""SDL's drivers whose windows nobody can see; it takes one where it finds no display."""
+
+
+class NoDisplayError(RuntimeError):
+    """There is no display on which a window could open."""
 
 
 class Window:
@@ -40,6 +50,10 @@ class Window:
         Args:
             frame: (h, w, 3) RGB, as from `draw_scene`.
             fps: Frames per second to keep to.
+
+        Raises:
+            NoDisplayError: No display was found, and SDL_VIDEODRIVER does not say that an unseen
+                one will do.
         """
         if self._closed:
             return
@@ -79,8 +93,29 @@ class Window:
         """The window's surface, opened or resized where needed."""
         screen = pygame.display.get_surface() if self._open else None
         if screen is None or screen.get_size() != size:
-            pygame.display.init()
-            screen = pygame.display.set_mode(size)
+            screen = _opened(size)
             pygame.display.set_caption(self._caption)
             self._open = True
         return screen
+
+
+def _opened(size: tuple[int, int]) -> pygame.Surface:
+    """A window of that size, which somebody can see unless SDL_VIDEODRIVER says otherwise."""
+    try:
+        pygame.display.init()
+        screen = pygame.display.set_mode(size)
+    except pygame.error as error:
+        pygame.display.quit()
+        raise _no_display(f" ({error})") from None
+    if pygame.display.get_driver() in UNSEEN and not os.environ.get("SDL_VIDEODRIVER"):
+        pygame.display.quit()
+        raise _no_display()
+    return screen
+
+
+def _no_display(why: str = "") -> NoDisplayError:
+    """What is wrong and what to do."""
+    return NoDisplayError(
+        f"no display was found{why}, so nobody would see the window: use render_mode='rgb_array', "
+        "or set SDL_VIDEODRIVER=dummy if nobody is to see it"
+    )

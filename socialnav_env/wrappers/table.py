@@ -77,8 +77,9 @@ class MetricsTable:
     def of(cls, episodes: Sequence[Mapping[str, float]]) -> MetricsTable:
         """Sum up episodes.
 
-        `time_to_goal` is the mean over the episodes that reached the goal, and
-        `min_human_distance` that over the episodes with people.
+        `time_to_goal` is the mean over the episodes that reached the goal, the metrics of distance
+        to people over those with people, and `min_time_to_collision` over those in which somebody
+        was approaching.
 
         Args:
             episodes: What `EpisodeMetrics` puts into `info["episode_metrics"]`, all with the same

@@ -66,7 +66,9 @@ def test_people_are_as_far_as_the_robot_observes(states):
 
 
 def test_offsets_are_negative_before_the_object():
-    row = np.array([[0.0, -5.0, 0.0, 0, 0, 0.0, -2.5, 0.0, 12.0, 1.0, -4.0, 0, 0, 0, 1.0, 9.0, 0, 0, 0]])
+    row = np.array(
+        [[0.0, -5.0, 0.0, 0, 0, 0.0, -2.5, 0.0, 12.0, 1.0, -4.0, 0, 0, 0, 1.0, 9.0, 0, 0, 0]]
+    )
     states = MapStates(np.zeros((1, 1), np.float32), np.zeros((1, 2), np.float32), row)
     assert states.goal_offset(0)[0] == pytest.approx(-2.5)
     assert states.goal_offset(1)[0] == pytest.approx(-17.0)

@@ -12,6 +12,7 @@ from socialnav_env.controllers import (
     SocialForceRobot,
     StraightToGoal,
 )
+from socialnav_env.controllers.dynamic_window import merit
 from socialnav_env.controllers.sight import sight_of
 from socialnav_env.controllers.steering import (
     actions_for,
@@ -201,7 +202,7 @@ def test_the_window_foresees_who_crosses():
 
 def test_backwards_is_not_ahead():
     config = config_of(num_humans=0, action="holonomic")
-    parameters = drive_parameters(config)
+    parameters = DynamicWindow(config)._parameters
     bodies, way = np.zeros((1, 6)), np.array([8.0, 0.0])
     back, nearly = (merit(bodies, way, -0.4, left, 0.0, parameters) for left in (0.0, 1e-9))
     assert back == pytest.approx(nearly, abs=1e-6)

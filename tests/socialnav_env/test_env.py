@@ -241,7 +241,7 @@ def test_a_seed_may_be_numpys(seed):
 
 @pytest.mark.parametrize("bad", [0.5, "7", True, -1, [1]], ids=repr)
 def test_another_seed_is_an_error(bad):
-    with pytest.raises(ConfigError, match="seed=.*: expected None or a whole number of at least 0"):
+    with pytest.raises(ConfigError, match=r"seed=.*: expected None or a whole number"):
         make().reset(seed=bad)
 
 

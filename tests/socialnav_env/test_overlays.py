@@ -236,7 +236,7 @@ def test_what_stands_still_keeps_its_shape_as_the_camera_moves():
     [
         {"half_length": 5.0, "half_width": 20.0, "start_z": -4.0, "goal_z": 4.0},
         {"half_length": 100.0, "half_width": 20.0},
-        {"half_length": 5.0, "start_z": -4.0, "goal_z": 4.0, "doorway_width": 1.0},
+        {"half_length": 5.0, "start_z": -4.0, "goal_z": 4.0, "doorway_width": 1.2},
     ],
 )
 def test_every_corridor_can_be_seen_close_up(lengths):

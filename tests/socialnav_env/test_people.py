@@ -496,5 +496,5 @@ def test_half_a_step_twice_is_a_step():
 def test_a_number_of_frames_is_whole_and_positive(frames):
     world = World(CorridorConfig(), 1)
     world.begin(0, np.random.default_rng(0))
-    with pytest.raises(ValueError, match="frames=.*whole number of at least 1"):
+    with pytest.raises(ValueError, match=r"frames=.*whole number of at least 1"):
         world.simulate(np.zeros((1, 2)), frames)

@@ -19,6 +19,7 @@ from socialnav_env.recording import (
     write_video,
 )
 from socialnav_env.rendering import Window
+from socialnav_env.rendering.window import NoDisplayError
 
 KEYWORDS = {"scenario": "paper", "action": "unicycle"}
 
@@ -225,7 +226,7 @@ def test_the_command_keeps_every_episode(tmp_path, capsys):
     assert (loaded.seed, len(loaded.actions)) == (3, 1)
     assert loaded.keywords == {"scenario": "empty", "action": "unicycle"}
     told = capsys.readouterr().out
-    assert "up: forward, left and right: turn; r: again, space: next, escape: end" in told
+    assert "up: forward, left and right: turn; r: again (an unfinished drive is lost), " in told
     assert "seed 3: no goal after 0.1 s, return" in told
     assert f"kept as {tmp_path / 'drive-001.npz'}" in told
 
@@ -237,9 +238,23 @@ def test_without_a_folder_nothing_is_written(tmp_path, monkeypatch, capsys):
     assert "a and d: turn" in capsys.readouterr().out
 
 
+def test_people_are_as_one_wants_them(tmp_path):
+    people = ["--walking", "queue", "--num-humans", "7"]
+    main([*people, "--width", "160", "--out", str(tmp_path)], Driver({"up"}, {"escape"}))
+    loaded = load_recording(tmp_path / "drive-001.npz")
+    chosen = {"walking": "queue", "num_humans": 7}
+    assert loaded.keywords == {"scenario": "paper", "action": "unicycle", **chosen}
+    assert loaded.states.shape[1] == 9 + 5 * 7
+    env = corridor(**loaded.keywords)
+    assert env.reset(seed=loaded.seed)[0].tobytes() == loaded.observations[0].tobytes()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["--walking", "fly"], "walking='fly': expected one of cross, along"),
+        (["--num-humans", "13"], "num_humans=13: expected a whole number in [0, 12]"),
+        (["--num-humans", "two"], "invalid int value: 'two'"),
         (["--scenario", "moon"], "invalid choice: 'moon'"),
         (["--width", "3"], "render_width=3"),
         (["--video", "gif"], "--video needs --out DIR"),
@@ -259,6 +274,19 @@ def test_a_missing_encoder_is_told_before_anybody_drives(tmp_path, monkeypatch, 
     with pytest.raises(SystemExit):
         main(["--out", str(tmp_path), "--video", "mp4"], Driver({"up"}))
     assert "needs imageio-ffmpeg" in capsys.readouterr().err
+
+
+def test_a_missing_display_is_one_line_before_anybody_drives(tmp_path, capsys):
+    class Unseen(Driver):
+        def show(self, frame, fps):
+            raise NoDisplayError("no display was found: use render_mode='rgb_array'")
+
+    with pytest.raises(SystemExit) as caught:
+        main(["--width", "160", "--out", str(tmp_path)], Unseen({"up"}))
+    assert caught.value.code == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("python -m socialnav_env.play: error: no display was found")
+    assert os.listdir(tmp_path) == []
 
 
 class FastWindow(Window):

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from socialnav_env.rendering import drawing
 from socialnav_env.config import DOORWAY_WALL, CorridorConfig
-from socialnav_env.rendering import Scene, SceneError, draw_scene, world_to_pixel
+from socialnav_env.rendering import Scene, SceneError, draw_scene, drawing, world_to_pixel
 from socialnav_env.rendering.scene import breadcrumbs, stride
 from socialnav_env.rendering.sprites import sprite_folder
 

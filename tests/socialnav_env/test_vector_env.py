@@ -1,6 +1,5 @@
 import copy
 import doctest
-import itertools
 import pickle
 
 import gymnasium as gym
@@ -315,7 +314,7 @@ def test_a_seed_is_a_whole_number(bad):
     env = make(3)
     env.reset(seed=0)
     before = pickle.dumps(env.get_snapshot())
-    with pytest.raises(ConfigError, match="seed=.*: expected None or a whole number"):
+    with pytest.raises(ConfigError, match=r"seed=.*: expected None or a whole number"):
         env.reset(seed=bad)
     assert pickle.dumps(env.get_snapshot()) == before
 
@@ -455,14 +454,13 @@ def test_infos_and_observations_of_earlier_steps_stay_as_they_were():
 
 
 @pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
-def test_a_mask_that_is_written_to_changes_no_other(mode):
+def test_a_mask_cannot_be_written_to_since_all_keys_share_it(mode):
     env = make(2, max_episode_steps=1, autoreset_mode=mode)
     told = [env.reset(seed=0)[1], env.step(AHEAD[:2])[4]]
     told += [told[1].get("final_info", {})]
     for info in told:
         masks = [value for name, value in info.items() if name.startswith("_")]
-        assert not any(np.shares_memory(a, b) for a, b in itertools.combinations(masks, 2))
-        assert all(mask.flags.writeable for mask in masks)
+        assert not any(mask.flags.writeable for mask in masks)
 
 
 def test_what_is_told_may_be_written_to():

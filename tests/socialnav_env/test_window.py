@@ -6,6 +6,7 @@ import pytest
 
 from socialnav_env.config import CorridorConfig
 from socialnav_env.rendering import Scene, Window, draw_scene
+from socialnav_env.rendering.window import NoDisplayError
 
 CONFIG = CorridorConfig()
 NOBODY = np.empty((0, 5))
@@ -73,6 +74,33 @@ def test_a_picture_is_the_same_while_a_window_is_open(window):
     frame = draw_scene(scene(people=PEOPLE), CONFIG, 480)
     window.show(frame, 1000)
     assert np.array_equal(draw_scene(scene(people=PEOPLE), CONFIG, 480), frame)
+
+
+# --- no display ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("driver", ["offscreen", "dummy"])
+def test_a_window_that_nobody_would_see_is_an_error(window, monkeypatch, driver):
+    pygame.display.init()  # now, as the dummy: what SDL falls back on differs between machines
+    monkeypatch.delitem(os.environ, "SDL_VIDEODRIVER")
+    monkeypatch.setattr(pygame.display, "get_driver", lambda: driver)
+    with pytest.raises(NoDisplayError, match=r"no display was found.*render_mode='rgb_array'"):
+        window.show(np.zeros((48, 64, 3), dtype=np.uint8), 1000)
+    assert not pygame.display.get_init()
+    assert window.keys() == set()
+
+
+def test_an_unseen_window_opens_for_who_asks_for_it(window, monkeypatch):
+    monkeypatch.setitem(os.environ, "SDL_VIDEODRIVER", "offscreen")
+    window.show(np.zeros((48, 64, 3), dtype=np.uint8), 1000)
+    assert pygame.display.get_init()
+
+
+def test_a_driver_that_does_not_work_is_the_same_error(window, monkeypatch):
+    monkeypatch.setitem(os.environ, "SDL_VIDEODRIVER", "moon")
+    with pytest.raises(NoDisplayError, match=r"no display was found \(.*moon.*\)"):
+        window.show(np.zeros((48, 64, 3), dtype=np.uint8), 1000)
+    assert not pygame.display.get_init()
 
 
 # --- the keys ------------------------------------------------------------------------------------
