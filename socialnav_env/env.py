@@ -99,9 +99,9 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     |---|---|
     | `reward_goal` | `goal_reward` (1), once, on the step that reaches the end goal |
     | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
-    | `reward_collision` | -`collision_penalty` (1) when a contact begins, -`contact_penalty` (0.02) on each further step of it |
-    | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person nearer than 1.2 m |
-    | `reward_progress` | `progress_weight` (0.2) times the metres gained on the way to the next goal |
+    | `reward_collision` | -`collision_penalty` (1) when a contact begins after `contact_memory` (0.5 s) without any, -`contact_penalty` (0.02) on each further step in contact |
+    | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person whose distance d, surface to surface, is less than that (1.2 m) |
+    | `reward_progress` | `progress_weight` (0.2) times the metres by which the way that is left got shorter; it leads over the intermittent goal while that is uncollected and ahead, so passing it by drops the detour at once |
     | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
 
     ## Info
@@ -111,8 +111,9 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
 
     ## Starting State
     The robot stands at z = `start_z` within 0.5 m, x within 1 m, heading within 0.3 rad of the
-    corridor's axis. Goals and people are drawn within `anchor_jitter` of their anchors. Nobody
-    overlaps.
+    corridor's axis. Goals are drawn within `anchor_jitter` of their anchors. So are the z around
+    which the first three people walk; further people walk anywhere. They start within `human_roam`
+    of that z, anywhere across, clear of each other and of the robot.
 
     `reset(options={...})` sets how episodes differ: for each field of the config marked `varies` a
     value, a pair (low, high) to draw from uniformly, or a list of values to choose from, as in
@@ -352,6 +353,11 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
             ValueError: A wrong shape, or a number that is not finite.
         """
         self.world.place(0, bodies_from(qpos, qvel, self.world.state.bodies[0]))
+
+    def _get_obs(self) -> FloatArray:
+        """(n,) the observation of the present moment, under MujocoEnv's name."""
+        observation: FloatArray = self.world.observe()[0]
+        return observation
 
     def state_vector(self) -> FloatArray:
         """(nq + nv,) qpos and qvel."""

@@ -46,7 +46,10 @@ def bodies_from(qpos: ArrayLike, qvel: ArrayLike, present: FloatArray) -> FloatA
 
 
 class CorridorData:
-    """What `mujoco.MjData` would tell: read-only copies of the present state."""
+    """What `mujoco.MjData` would tell: read-only copies of the present state.
+
+    Writing into them is an error, since it would change nothing: `set_state` moves bodies.
+    """
 
     def __init__(self, world: World) -> None:
         """Look at a world of one."""
@@ -55,23 +58,28 @@ class CorridorData:
     @property
     def qpos(self) -> FloatArray:
         """(nq,) positions [m, rad]."""
-        return positions(self._world.state.bodies[0])
+        return _read_only(positions(self._world.state.bodies[0]))
 
     @property
     def qvel(self) -> FloatArray:
         """(nv,) velocities [m/s, rad/s]."""
-        return velocities(self._world.state.bodies[0])
+        return _read_only(velocities(self._world.state.bodies[0]))
 
     @property
     def ctrl(self) -> FloatArray:
         """(nu,) the last action, clipped."""
-        control: FloatArray = self._world.state.control[0].copy()
-        return control
+        return _read_only(self._world.state.control[0].copy())
 
     @property
     def time(self) -> float:
         """Seconds since the episode's start."""
         return float(self._world.state.time[0])
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    """The same array, which nobody can write into any more."""
+    array.flags.writeable = False
+    return array
 
 
 def corridor_model(world: World) -> SimpleNamespace:

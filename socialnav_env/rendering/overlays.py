@@ -19,10 +19,12 @@ DEFAULT_OVERLAYS = ("personal_space", "trajectory")
 CAMERAS = ("corridor", "robot")
 """The whole corridor, or the part of it around the robot."""
 
-METRES_PER_FORCE = 0.35
+METRES_PER_FORCE = 0.7
 """Length of an arrow for 1 m/s^2 [m]."""
 LONGEST_ARROW = 2.5
 """No arrow is longer than this [m]."""
+ARROW_HEAD = 0.5
+"""Length and width of an arrow's head [m]; its shaft is a third as wide."""
 SMALLEST_TERM = 0.001
 """A bar is as long as the logarithm of its term's size over this."""
 
@@ -95,7 +97,7 @@ def arrow(force: NDArray[np.float64], start: float) -> NDArray[np.float64]:
     """
     size = float(np.hypot(*force))
     length = min(METRES_PER_FORCE * size, LONGEST_ARROW)
-    head = min(0.24, length)
+    head = min(ARROW_HEAD, length)
     half = head / 6.0  # a short arrow is a small one
     neck, tip = start + length - head, start + length
     ahead = np.array([start, neck, neck, tip, neck, neck, start])

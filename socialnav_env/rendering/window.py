@@ -8,7 +8,6 @@ import numpy as np
 import pygame
 from numpy.typing import NDArray
 
-
 UNSEEN = ("offscreen", "dummy")
 """SDL's drivers whose windows nobody can see; it takes one where it finds no display."""
 

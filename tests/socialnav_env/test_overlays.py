@@ -18,6 +18,7 @@ from socialnav_env.rendering import (
 )
 from socialnav_env.rendering.camera import centred, view_of
 from socialnav_env.rendering.overlays import (
+    ARROW_HEAD,
     METRES_PER_FORCE,
     arrow,
     bar_share,
@@ -136,7 +137,7 @@ def test_a_force_is_drawn_beside_its_person():
     reach = (CONFIG.human_radius + 2.0 * METRES_PER_FORCE) * view.scale
     assert abs(columns.max() + 1 - (column + reach)) <= 2
     assert columns.min() >= column
-    assert abs(rows - row).max() < 0.2 * view.scale + 1
+    assert abs(rows - row).max() < 0.5 * ARROW_HEAD * view.scale + 2
 
 
 def test_bars_are_signed_grow_with_the_term_and_stop_at_one():
