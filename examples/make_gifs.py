@@ -3,17 +3,16 @@
     python examples/make_gifs.py                         # those of the README, into assets/gifs
     python examples/make_gifs.py --out gifs --only crowded --width 800
 
-Each shows another overlay of the renderer, too.
+With `--still assets/corridor.png` it draws the README's picture instead.
 """
 
 import argparse
-import os
 from pathlib import Path
 
 import gymnasium as gym
 from PIL import Image
 
-import socialnav_env  # noqa: F401 (importing it registers SocialCorridor-v0)
+from polite.files import write_atomically
 from socialnav_env.controllers import CONTROLLERS
 
 SPACE, FORCES, RAYS = ("personal_space",), ("forces",), ("rays",)
@@ -25,7 +24,7 @@ FILMS = {  # controller, seed, what is laid over the picture, keywords of the en
     "group": ("social-force", 8, SPACE, {"walking": "group", "num_humans": 8}),
     "queue": ("social-force", 0, SPACE, {"walking": "queue", "num_humans": 8}),
 }
-EVERY, COLOURS, FPS, LAST_SECONDS = 3, 64, 10, 1.5
+EVERY, COLOURS, FPS, LAST_MILLISECONDS, STILL = 3, 64, 10, 1500, 80
 """Every third step is shown, ten a second: three times as fast as it is."""
 
 
@@ -53,27 +52,28 @@ def write_gif(path: Path, frames: list[Image.Image]) -> None:
         together.paste(frame, (0, k * frame.height))
     palette = together.quantize(COLOURS, Image.Quantize.FASTOCTREE)
     first, *rest = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-    pause = [round(1000 / FPS)] * len(rest) + [round(1000 * LAST_SECONDS)]
-    temporary = path.with_suffix(".tmp")
-    first.save(temporary, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
-    os.replace(temporary, path)
+    pause = [1000 // FPS] * len(rest) + [LAST_MILLISECONDS]
+    film = {"save_all": True, "append_images": rest, "duration": pause, "loop": 0}
+    write_atomically(path, lambda temporary: first.save(temporary, "GIF", **film))
 
 
-def main(out: Path, names: list[str], width: int) -> None:
-    out.mkdir(parents=True, exist_ok=True)
-    for name in names:
+def main(out: Path, only: list[str], width: int, still: Path | None) -> None:
+    if still:  # a moment of the default scene with the default overlays
+        moment = film(960, *FILMS["paper"])[0][STILL]
+        write_atomically(still, lambda temporary: moment.save(temporary, "PNG"))
+        return
+    for name in only:
         frames, success = film(width, *FILMS[name])
-        path = out / f"{name}.gif"
-        write_gif(path, frames)
+        write_gif(path := out / f"{name}.gif", frames)
         size = path.stat().st_size / 1000
         print(f"{path}: {len(frames)} frames, {size:.0f} kB, success {success:.0f}", flush=True)
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    here = Path(__file__).parents[1]
-    parser.add_argument("--out", type=Path, default=here / "assets" / "gifs", help="folder")
+    gifs = Path(__file__).parents[1] / "assets" / "gifs"
+    parser.add_argument("--out", type=Path, default=gifs, help="folder")
     parser.add_argument("--only", nargs="+", choices=FILMS, default=[*FILMS], metavar="SCENARIO")
     parser.add_argument("--width", type=int, default=640, help="of the pictures [px]")
-    given = parser.parse_args()
-    main(given.out, given.only, given.width)
+    parser.add_argument("--still", type=Path, help="draw only a picture, 960 px wide, here")
+    main(**vars(parser.parse_args()))

@@ -158,6 +158,12 @@ def test_make_gifs(tmp_path):
     assert len(iio.imread(tmp_path / "empty.gif")) > 50
 
 
+def test_make_gifs_draws_the_still(tmp_path):
+    run("make_gifs.py", "--still", tmp_path / "new" / "corridor.png")
+    assert iio.imread(tmp_path / "new" / "corridor.png").shape[1:] == (960, 3)
+    assert os.listdir(tmp_path) == ["new"]
+
+
 def test_vector_or_single(tmp_path):
     told = run("vector_or_single.py", "--steps", 2048, "--seeds", 1, "--out", tmp_path)
     assert "single envs, seed 0" in told

@@ -18,13 +18,14 @@ from socialnav_env.rendering.overlays import (
 from socialnav_env.rendering.picture import draw_scene
 from socialnav_env.rendering.scene import Scene, SceneError
 from socialnav_env.rendering.tiles import tile
-from socialnav_env.rendering.window import Window
+from socialnav_env.rendering.window import NoDisplayError, Window
 
 __all__ = [
     "CAMERAS",
     "DEFAULT_OVERLAYS",
     "OVERLAYS",
     "Annotations",
+    "NoDisplayError",
     "Scene",
     "SceneError",
     "Window",

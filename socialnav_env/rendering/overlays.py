@@ -19,7 +19,7 @@ DEFAULT_OVERLAYS = ("personal_space", "trajectory")
 CAMERAS = ("corridor", "robot")
 """The whole corridor, or the part of it around the robot."""
 
-METRES_PER_FORCE = 0.7
+METRES_PER_FORCE = 1.0
 """Length of an arrow for 1 m/s^2 [m]."""
 LONGEST_ARROW = 2.5
 """No arrow is longer than this [m]."""

@@ -369,7 +369,13 @@ def test_people_and_goals_outside_the_picture_leave_it_as_it_is():
     [
         {"half_length": 100.0},
         {"half_length": 5.0, "half_width": 20.0, "start_z": -4.0, "goal_z": 4.0},
-        {"half_width": 1.5, "personal_space": 0.0, "human_radius": 0.05, "robot_radius": 1.0},
+        {
+            "half_width": 1.5,
+            "personal_space": 0.0,
+            "human_radius": 0.05,
+            "robot_radius": 1.0,
+            "timestep": 0.02,
+        },
         {"goal_radius": 0.1, "intermittent_radius": 5.0, "personal_space": 10.0},
     ],
 )
