@@ -70,7 +70,10 @@ def page():
     pictures = "\n".join(
         f"| `{words}` | ![{name}](../assets/gifs/{name}.gif) |" for name, words in EXAMPLES.items()
     )
-    metrics = "\n".join(f"| `{name}` | {text} |" for name, text in METRICS.items())
+    metrics = "\n".join(
+        f"| `{name}` | {text.replace('|', '&#124;')} |"  # a bar would end the cell
+        for name, text in METRICS.items()
+    )
     sums = "\n".join(
         f"| `{name}` | {text} |" for name, text in DEFINITIONS.items() if name not in METRICS
     )
