@@ -46,9 +46,9 @@ def bodies_from(qpos: ArrayLike, qvel: ArrayLike, present: FloatArray) -> FloatA
 
 
 class CorridorData:
-    """What `mujoco.MjData` would tell: read-only copies of the present state.
+    """What `mujoco.MjData` would tell: copies of the present state.
 
-    Writing into them is an error, since it would change nothing: `set_state` moves bodies.
+    `set_state` moves bodies; writing into `ctrl` is an error, since only a step takes an action.
     """
 
     def __init__(self, world: World) -> None:
@@ -58,28 +58,24 @@ class CorridorData:
     @property
     def qpos(self) -> FloatArray:
         """(nq,) positions [m, rad]."""
-        return _read_only(positions(self._world.state.bodies[0]))
+        return positions(self._world.state.bodies[0])
 
     @property
     def qvel(self) -> FloatArray:
         """(nv,) velocities [m/s, rad/s]."""
-        return _read_only(velocities(self._world.state.bodies[0]))
+        return velocities(self._world.state.bodies[0])
 
     @property
     def ctrl(self) -> FloatArray:
         """(nu,) the last action, clipped."""
-        return _read_only(self._world.state.control[0].copy())
+        control: FloatArray = self._world.state.control[0].copy()
+        control.flags.writeable = False
+        return control
 
     @property
     def time(self) -> float:
         """Seconds since the episode's start."""
         return float(self._world.state.time[0])
-
-
-def _read_only(array: FloatArray) -> FloatArray:
-    """The same array, which nobody can write into any more."""
-    array.flags.writeable = False
-    return array
 
 
 def corridor_model(world: World) -> SimpleNamespace:

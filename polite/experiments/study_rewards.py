@@ -19,7 +19,7 @@ from polite.experiments.study_world import MapStates, derive, floor_plan
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import RewardNet, predict, save_reward_model
 from polite.rewards.trainer import train_reward
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.teachers.highlights import shuffle_highlights
 from polite.types import Answer, SegmentPool
 

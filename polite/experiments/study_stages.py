@@ -25,7 +25,8 @@ from polite.policies.policy import GaussianPolicy, load_policy, save_policy
 from polite.policies.ppo import PpoTrainer
 from polite.rewards.network import load_reward_model, predict
 from polite.rollouts import evaluate
-from polite.segments import cut_segments, uniform_pairs
+from polite.samplers import uniform_pairs
+from polite.segments import cut_segments
 from polite.teachers.participants import (
     POLITE,
     PopulationConfig,

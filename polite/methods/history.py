@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from polite.dataset import Feedback
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.types import Answer, Query, SegmentPool
 
 Teacher = Callable[[SegmentPool, Sequence[Query], np.random.Generator], list[Answer]]

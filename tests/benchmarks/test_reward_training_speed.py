@@ -11,7 +11,7 @@ from torch.nn.functional import logsigmoid
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import FAST, PAPER, RewardNet
 from polite.rewards.trainer import RewardTrainingConfig, minibatches, train_reward
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.teachers.oracle import Oracle
 from polite.types import SegmentPool
 

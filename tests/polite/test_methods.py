@@ -15,7 +15,7 @@ from polite.policies.vec_env import make_vec_env
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import RewardNetConfig, predict
 from polite.rewards.trainer import RewardTrainingConfig, batch_loss
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.teachers.oracle import Oracle
 from polite.types import InvalidValueError, PoliteError, Segment, SegmentPool
 

@@ -3,7 +3,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.teachers.participants import (
     BASELINE,
     POLITE,

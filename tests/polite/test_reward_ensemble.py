@@ -6,7 +6,7 @@ from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, member_probabilities, train_ensemble
 from polite.rewards.network import FAST, PAPER, RewardNet, RewardNetConfig, predict
 from polite.rewards.trainer import RewardTrainingConfig, train_reward
-from polite.segments import disagreement_pairs, uniform_pairs
+from polite.samplers import disagreement_pairs, uniform_pairs
 from polite.teachers.oracle import Oracle
 from polite.types import InvalidValueError, SegmentPool
 

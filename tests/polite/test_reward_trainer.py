@@ -14,7 +14,7 @@ from polite.rewards.trainer import (
     minibatches,
     train_reward,
 )
-from polite.segments import uniform_pairs
+from polite.samplers import uniform_pairs
 from polite.teachers.highlights import shuffle_highlights
 from polite.teachers.oracle import Oracle
 from polite.types import Answer, Highlight, InvalidValueError, Query, SegmentPool, ShapeError

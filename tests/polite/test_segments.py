@@ -4,27 +4,15 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from polite.segments import (
-    count_starts,
-    cut_segment,
-    cut_segments,
-    disagreement_pairs,
-    uniform_pairs,
-)
-from polite.types import InvalidValueError, Query, ShapeError, Trajectory
+from polite.segments import count_starts, cut_segment, cut_segments
+from polite.types import InvalidValueError, Trajectory
 
 
 def trajectory(steps, first=0.0):
     """Every array tells its step, so that a cut shows where it came from."""
     values = first + np.arange(steps, dtype=float)
     return Trajectory(values[:, None], values[:, None], values, values[:, None], False)
-
-
-def pool_of(size):
-    return cut_segments([trajectory(size)], 1, size, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize(("steps", "starts"), [(1, 1), (4, 1), (5, 1), (6, 2), (9, 5)])
@@ -88,40 +76,3 @@ def test_impossible_cuts_are_refused(length, count):
         cut_segments([trajectory(5)], length, count, np.random.default_rng(0))
     with pytest.raises(InvalidValueError, match="0 trajectories"):
         cut_segments([], 5, 1, np.random.default_rng(0))
-
-
-@given(st.integers(2, 40), st.integers(0, 60), st.integers(0, 2**32 - 1))
-def test_pairs_are_valid_and_repeat_only_when_all_were_drawn(size, count, seed):
-    queries = uniform_pairs(count, np.random.default_rng(seed), pool_of(size))
-    assert len(queries) == count
-    assert all(min(q.first, q.second) >= 0 and max(q.first, q.second) < size for q in queries)
-    times = Counter(frozenset((q.first, q.second)) for q in queries)
-    pairs = size * (size - 1) // 2
-    assert max(times.values(), default=0) <= -(-count // pairs)
-
-
-def test_all_ordered_pairs_are_equally_likely():
-    rng, pool = np.random.default_rng(0), pool_of(4)
-    drawn = Counter((q.first, q.second) for _ in range(6000) for q in uniform_pairs(1, rng, pool))
-    assert len(drawn) == 12
-    assert all(abs(count / 6000 - 1 / 12) < 0.015 for count in drawn.values())
-
-
-def test_a_pool_of_one_has_no_pairs():
-    with pytest.raises(InvalidValueError, match="at least 2 segments, got 1"):
-        uniform_pairs(1, np.random.default_rng(0), pool_of(1))
-
-
-def test_disagreement_chooses_the_disputed_pairs():
-    candidates = [Query(0, 1), Query(0, 2), Query(1, 2), Query(2, 3)]
-    probabilities = np.array([[0.9, 0.1, 0.5, 0.6], [0.9, 0.9, 0.5, 0.4]])
-    assert disagreement_pairs(candidates, probabilities, 2) == [candidates[1], candidates[3]]
-    assert disagreement_pairs(candidates, np.ones((3, 4)), 4) == candidates  # ties keep their order
-
-
-def test_disagreement_refuses_what_does_not_fit():
-    candidates = [Query(0, 1), Query(0, 2)]
-    with pytest.raises(ShapeError, match=r"expected \(K, 2\), got \(2, 3\)"):
-        disagreement_pairs(candidates, np.zeros((2, 3)), 1)
-    with pytest.raises(InvalidValueError, match="at least 3 candidates, got 2"):
-        disagreement_pairs(candidates, np.zeros((2, 2)), 3)

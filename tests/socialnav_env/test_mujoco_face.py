@@ -179,13 +179,22 @@ def test_a_planner_written_for_mujoco_runs_on_both(make_mujoco, env_id, along, s
     assert control(env, planner, 25)[along] > gained
 
 
-@pytest.mark.parametrize("name", ["qpos", "qvel", "ctrl"])
-def test_writing_into_the_data_is_an_error(name):
-    """In MuJoCo it would move bodies; here it would be lost."""
+def test_positions_are_copies_to_be_changed_and_set():
+    env = gym.make("SocialCorridor-v0").unwrapped
+    env.reset(seed=0)
+    qpos, before = env.data.qpos, env.data.qpos
+    qpos[1] += 1.0
+    np.testing.assert_array_equal(env.data.qpos, before)
+    env.set_state(qpos, env.data.qvel)
+    np.testing.assert_array_equal(env.data.qpos, qpos)
+
+
+def test_writing_into_ctrl_is_an_error():
+    """In MuJoCo it would be the next action; here it would be lost."""
     env = gym.make("SocialCorridor-v0").unwrapped
     env.reset(seed=0)
     with pytest.raises(ValueError, match="read-only"):
-        getattr(env.data, name)[0] = 1.0
+        env.data.ctrl[0] = 1.0
 
 
 def test_observations_under_mujocos_name():
