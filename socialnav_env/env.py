@@ -90,7 +90,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
 
     `observation="state"` leaves out the ranges, (15 + 4 H,); `"rays"` leaves out the people, (24,).
     `tracking_noise` and `ray_noise` are the standard deviations of what is added to people's
-    entries and to the ranges, drawn from the env's generator.
+    entries and to the ranges, drawn from a generator of its own for each episode, which the env's
+    generator seeds.
 
     ## Rewards
     The reward is the sum of these terms, all of them in `info`.

@@ -29,7 +29,7 @@ SHARE_ALONG = {"cross": 0.0, "along": 1.0, "mixed": 0.5}
 """Walking style -> chance that a person goes along the corridor."""
 
 
-class _Room(NamedTuple):
+class StartParameters(NamedTuple):
     """What the kernels need of CorridorConfig."""
 
     half_length: float
@@ -44,31 +44,15 @@ class _Room(NamedTuple):
     intermittent_z: float
     goal_z: float
     doorway_z: float
-    doorway: float
+    doorway_width: float
     share_along: float
 
 
-def start_parameters(config: CorridorConfig) -> FloatArray:
-    """What `draw_start` needs of CorridorConfig, in its units, in a row."""
+def start_parameters(config: CorridorConfig) -> StartParameters:
+    """Pick the kernels' parameters from the config."""
     share = SHARE_ALONG.get(config.walking, 0.0)
-    return np.array(
-        [
-            config.half_length,
-            config.half_width,
-            config.human_radius,
-            config.robot_radius,
-            config.anchor_jitter,
-            config.human_roam,
-            config.human_speed,
-            config.human_speed_std,
-            config.start_z,
-            config.intermittent_z,
-            config.goal_z,
-            config.doorway_z,
-            config.doorway_width,
-            share,
-        ]
-    )
+    names = [name for name in StartParameters._fields if name != "share_along"]
+    return StartParameters(*(float(getattr(config, name)) for name in names), share)
 
 
 @kernel
@@ -89,7 +73,7 @@ def beside_doorway(z: float, doorway_z: float, doorway: float, radius: float) ->
 
 @kernel
 def draw_start(
-    row: FloatArray,
+    room: StartParameters,
     rng: np.random.Generator,
     robot: FloatArray,
     goals: FloatArray,
@@ -101,7 +85,7 @@ def draw_start(
     """Draw the start of one corridor; see `layout.Layout` for what is what.
 
     Args:
-        row: `start_parameters`.
+        room: `start_parameters`.
         rng: The corridor's generator.
         robot: (3,) written.
         goals: (2, 2) written.
@@ -113,22 +97,6 @@ def draw_start(
     Returns:
         Whether there was room for everybody.
     """
-    room = _Room(
-        row[0],
-        row[1],
-        row[2],
-        row[3],
-        row[4],
-        row[5],
-        row[6],
-        row[7],
-        row[8],
-        row[9],
-        row[10],
-        row[11],
-        row[12],
-        row[13],
-    )
     jitter = room.anchor_jitter
     _draw_near(room.intermittent_z, jitter, jitter, room.robot_radius, room, rng, goals[0])
     _draw_near(room.goal_z, jitter, jitter, room.robot_radius, room, rng, goals[1])
@@ -155,7 +123,7 @@ def _draw_near(
     reach_z: float,
     reach_x: float,
     radius: float,
-    room: _Room,
+    room: StartParameters,
     rng: np.random.Generator,
     out: FloatArray,
 ) -> None:
@@ -165,7 +133,7 @@ def _draw_near(
 
 
 @kernel
-def _draw_anchor(h: int, room: _Room, rng: np.random.Generator) -> float:
+def _draw_anchor(h: int, room: StartParameters, rng: np.random.Generator) -> float:
     """The z around which person h starts: the paper's three, then anywhere."""
     limit = max(room.half_length - room.human_radius - WALL_CLEARANCE, 0.0)
     if h < len(PAPER_ANCHORS):
@@ -176,7 +144,7 @@ def _draw_anchor(h: int, room: _Room, rng: np.random.Generator) -> float:
 
 @kernel
 def _draw_waypoints(
-    anchor: float, room: _Room, rng: np.random.Generator, waypoints: FloatArray
+    anchor: float, room: StartParameters, rng: np.random.Generator, waypoints: FloatArray
 ) -> None:
     """Write (K, 2) waypoints on alternate sides around the anchor, or at alternate ends."""
     along = room.share_along > 0.0 and rng.random() < room.share_along
@@ -193,11 +161,11 @@ def _draw_waypoints(
 
 
 @kernel
-def _put(z: float, x: float, radius: float, room: _Room, out: FloatArray) -> None:
+def _put(z: float, x: float, radius: float, room: StartParameters, out: FloatArray) -> None:
     """Write the nearest place that is clear of all walls."""
     margin = radius + WALL_CLEARANCE
     far_z, far_x = max(room.half_length - margin, 0.0), max(room.half_width - margin, 0.0)
-    z = beside_doorway(z, room.doorway_z, room.doorway, radius)
+    z = beside_doorway(z, room.doorway_z, room.doorway_width, radius)
     out[0] = min(max(z, -far_z), far_z)
     out[1] = min(max(x, -far_x), far_x)
 
@@ -206,7 +174,7 @@ def _put(z: float, x: float, radius: float, room: _Room, out: FloatArray) -> Non
 def _draw_place(
     anchor: float,
     h: int,
-    room: _Room,
+    room: StartParameters,
     robot: FloatArray,
     rng: np.random.Generator,
     people: FloatArray,
@@ -223,7 +191,7 @@ def _draw_place(
 
 
 @kernel
-def _is_free(h: int, room: _Room, robot: FloatArray, people: FloatArray) -> bool:
+def _is_free(h: int, room: StartParameters, robot: FloatArray, people: FloatArray) -> bool:
     """Whether person h keeps START_CLEARANCE to the robot and to those before."""
     z, x = people[h, 0], people[h, 1]
     need = START_CLEARANCE + room.human_radius

@@ -25,12 +25,10 @@ from typing import Final
 
 import numpy as np
 
-from polite.teachers.highlights import CandidateRule, place_highlight, released_candidate
-from polite.teachers.oracle import Oracle
+from polite.teachers.highlights import CandidateRule, released_candidate
+from polite.teachers.oracle import Oracle, expressed, rewards_of
 from polite.types import (
     EQUAL,
-    FIRST,
-    SECOND,
     UNRELATED,
     Answer,
     Floats64,
@@ -169,16 +167,7 @@ class BPrefTeacher:
         undecided = self._undecided(rewards_1.sum(), rewards_2.sum(), average_return)
         if undecided is not None:
             return Answer(query, undecided)
-        labels_first = chooses_first != mistaken
-        marks_other = mistaken and not self.marks_labelled
-        marked = rewards_1 if labels_first != marks_other else rewards_2
-        return Answer(
-            query=query,
-            preference=FIRST if labels_first else SECOND,
-            positive=place_highlight(marked, +1, self.length, self.positive_threshold, self.rule),
-            negative=place_highlight(marked, -1, self.length, self.negative_threshold, self.rule),
-            marks_other=marks_other,
-        )
+        return expressed(query, (rewards_1, rewards_2), int(not chooses_first), mistaken, self)
 
     def answer_queries(
         self, pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator
@@ -187,9 +176,8 @@ class BPrefTeacher:
         average = self.average_return
         if average is None:
             average = float(pool.returns.mean())
-        rewards = [row[:steps] for row, steps in zip(pool.rewards, pool.lengths, strict=True)]
         return [
-            self.answer(index, rewards[query.first], rewards[query.second], average, rng)
+            self.answer(index, *rewards_of(pool, query), average, rng)
             for index, query in enumerate(queries)
         ]
 

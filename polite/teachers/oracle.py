@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -77,27 +78,63 @@ class Oracle:
         difference = rewards_1.sum() - rewards_2.sum()
         if abs(difference) <= self.tie_threshold:
             return Answer(query, self.tie)
-        prefers_first = bool(difference > 0) != flipped
-        marks_other = flipped and not self.marks_labelled
-        marked = rewards_1 if prefers_first != marks_other else rewards_2
-        return Answer(
-            query=query,
-            preference=FIRST if prefers_first else SECOND,
-            positive=place_highlight(marked, +1, self.length, self.positive_threshold, self.rule),
-            negative=place_highlight(marked, -1, self.length, self.negative_threshold, self.rule),
-            marks_other=marks_other,
-        )
+        return expressed(query, (rewards_1, rewards_2), int(difference <= 0), flipped, self)
 
     def answer_queries(
         self, pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator
     ) -> list[Answer]:
         """Answer each query by the pool's true rewards."""
         return [
-            self.answer(index, _rewards(pool, query.first), _rewards(pool, query.second), rng)
-            for index, query in enumerate(queries)
+            self.answer(index, *rewards_of(pool, query), rng) for index, query in enumerate(queries)
         ]
 
 
-def _rewards(pool: SegmentPool, segment: int) -> Floats64:
-    rewards: Floats64 = pool.rewards[segment, : pool.lengths[segment]]
-    return rewards
+class Marking(Protocol):
+    """How a teacher places highlights; see `Oracle` for what each setting means."""
+
+    @property
+    def positive_threshold(self) -> float: ...  # noqa: D102
+    @property
+    def negative_threshold(self) -> float: ...  # noqa: D102
+    @property
+    def length(self) -> int: ...  # noqa: D102
+    @property
+    def rule(self) -> CandidateRule: ...  # noqa: D102
+    @property
+    def marks_labelled(self) -> bool: ...  # noqa: D102
+
+
+def expressed(
+    query: int,
+    rewards: tuple[Floats64, Floats64],
+    chosen: int,
+    mistaken: bool,
+    marking: Marking,
+) -> Answer:
+    """An answer with a preference, and highlights on the winner.
+
+    Args:
+        query: index of the query.
+        rewards: along the real steps of σ₁ and of σ₂, (t₁,) and (t₂,).
+        chosen: the better one to the teacher, 0 or 1.
+        mistaken: whether the other one is labelled the winner.
+        marking: where highlights go.
+    """
+    labelled = 1 - chosen if mistaken else chosen
+    marked = labelled if marking.marks_labelled else chosen
+    length, rule = marking.length, marking.rule
+    return Answer(
+        query=query,
+        preference=(FIRST, SECOND)[labelled],
+        positive=place_highlight(rewards[marked], +1, length, marking.positive_threshold, rule),
+        negative=place_highlight(rewards[marked], -1, length, marking.negative_threshold, rule),
+        marks_other=marked != labelled,
+    )
+
+
+def rewards_of(pool: SegmentPool, query: Query) -> tuple[Floats64, Floats64]:
+    """The true rewards along the real steps of both segments, (t₁,) and (t₂,)."""
+    first, second = (
+        pool.rewards[segment, : pool.lengths[segment]] for segment in (query.first, query.second)
+    )
+    return first, second
