@@ -52,7 +52,8 @@ def start_parameters(config: CorridorConfig) -> StartParameters:
     """Pick the kernels' parameters from the config."""
     share = SHARE_ALONG.get(config.walking, 0.0)
     names = [name for name in StartParameters._fields if name != "share_along"]
-    return StartParameters(*(float(getattr(config, name)) for name in names), share)
+    values = {name: float(getattr(config, name)) for name in names}
+    return StartParameters(share_along=share, **values)
 
 
 @kernel
