@@ -181,10 +181,11 @@ def _draw_place(
     people: FloatArray,
 ) -> bool:
     """Place person h near the anchor, searched ever further from it; False if all is taken."""
+    far_x = max(room.half_width - room.human_radius - WALL_CLEARANCE, 0.0)
     for attempt in range(PLACING_TRIES):
         reach = max(room.human_roam, 0.5) + 0.02 * attempt
         z = anchor + reach * rng.uniform(-1.0, 1.0)
-        x = rng.uniform(-1.0, 1.0) * room.half_width
+        x = rng.uniform(-1.0, 1.0) * far_x
         _put(z, x, room.human_radius, room, people[h])
         if _is_free(h, room, robot, people):
             return True
