@@ -151,14 +151,14 @@ def test_starts_are_spread_across_the_corridor_and_not_heaped_at_its_walls():
     """Who starts at the very edge may stand on a waypoint that lies there, and not set out."""
     for people in (1, 11):
         config = CorridorConfig(
-            half_length=10.0, half_width=1.5, start_z=-9.0, goal_z=9.0, anchor_jitter=0.0,
+            half_length=10.0, half_width=1.5, start_z=0.0, goal_z=9.0, anchor_jitter=0.0,
             human_roam=0.0, human_speed_std=0.0, human_radius=0.375, num_humans=people,
             timestep=0.01,
         )  # fmt: skip
         x = np.concatenate([draw(config, seed).people[:, 1] for seed in range(400)])
         edge = config.half_width - config.human_radius - WALL_CLEARANCE
         assert (np.abs(x) < edge).all()
-        if people == 1:  # others have to give way to those before them
+        if people == 1:  # far from the robot; others give way to those before them
             assert abs(np.mean(np.abs(x)) - 0.5 * edge) < 0.05 * edge
 
 
