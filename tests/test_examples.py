@@ -129,10 +129,6 @@ def test_train_sb3(tmp_path):
         assert scale["mean"].shape == scale["var"].shape == (24,)
 
 
-@pytest.mark.skipif(
-    not all(map(importlib.util.find_spec, ("minari", "h5py", "jax"))),
-    reason="needs minari[create,hdf5]",
-)
 def test_record_minari(tmp_path):
     told = run("record_minari.py", "--out", tmp_path, "--episodes", 2)
     assert "2 episodes" in told and "replayed exactly: True" in told

@@ -10,7 +10,6 @@ def make_mujoco(tmp_path, monkeypatch):
 
     MuJoCo 4 warns about Gymnasium's Walker2d model and writes MUJOCO_LOG.TXT where it runs.
     """
-    pytest.importorskip("mujoco")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MUJOCO_GL", os.environ.get("MUJOCO_GL", "egl"))
     made = []

@@ -1,6 +1,7 @@
 """Gymnasium's wrappers around the single env do what they promise."""
 
 import gymnasium as gym
+import imageio_ffmpeg as ffmpeg
 import numpy as np
 import pytest
 from gymnasium import wrappers
@@ -143,8 +144,6 @@ def test_pictures_can_be_the_observations():
 
 
 def test_a_video_of_each_episode_is_recorded(tmp_path):
-    pytest.importorskip("moviepy")
-    ffmpeg = pytest.importorskip("imageio_ffmpeg")
     env = make(render_mode="rgb_array", render_width=320, max_episode_steps=10)
     env = wrappers.RecordVideo(env, tmp_path / "videos", episode_trigger=lambda _: True)
     told(env, actions(15))

@@ -3,14 +3,11 @@
 import gc
 
 import gymnasium as gym
+import minari
 import numpy as np
 import pytest
 
 import socialnav_env  # noqa: F401 (registers the id)
-
-minari = pytest.importorskip("minari")
-pytest.importorskip("h5py", reason="Minari's default format")
-pytest.importorskip("jax", reason="Minari's DataCollector is made with it")
 
 # Minari leaves a temporary folder to the garbage collector, which says so. It is gone all the same.
 pytestmark = pytest.mark.filterwarnings("ignore:Implicitly cleaning up:ResourceWarning")

@@ -200,7 +200,6 @@ def test_a_video_has_a_frame_for_each_state(recording, tmp_path):
 
 
 def test_an_mp4_plays_at_the_pace_of_the_env(recording, tmp_path):
-    pytest.importorskip("imageio_ffmpeg")
     env = corridor(**KEYWORDS)
     path = tmp_path / "drive.mp4"
     write_video(path, recording, env.unwrapped.render_state, 10)

@@ -1,6 +1,7 @@
 """Through Gymnasium's vector wrappers the vector env tells what many single envs tell."""
 
 import gymnasium as gym
+import imageio_ffmpeg as ffmpeg
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -129,8 +130,6 @@ def test_the_wrappers_of_a_usual_training_can_be_stacked():
 
 
 def test_a_video_shows_all_corridors(tmp_path):
-    pytest.importorskip("moviepy")
-    ffmpeg = pytest.importorskip("imageio_ffmpeg")
     env = many(NEXT_STEP, render_mode="rgb_array", render_width=320)
     env.reset(seed=0)
     height = env.render()[0].shape[0]
