@@ -6,6 +6,7 @@ Sizes: B queries of a minibatch, m steps of a segment. Everything is differentia
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import torch
 from torch import Tensor
@@ -14,6 +15,22 @@ from torch.nn.functional import log_softmax, logsigmoid
 from polite.types import ShapeError
 
 PreferenceLoss = Callable[[Tensor, Tensor, Tensor], Tensor]
+"""(returns of σ₁, of σ₂, μ) → loss; `preference_loss` or another reading of a preference."""
+
+
+class HighlightLoss(Protocol):
+    """(r̂, mask, anchors; L, λ, sign) → loss: one reading of highlights (`highlight_losses`)."""
+
+    def __call__(  # noqa: D102
+        self,
+        rewards: Tensor,
+        mask: Tensor,
+        anchors: Tensor,
+        *,
+        length: int,
+        decay: float,
+        sign: int,
+    ) -> Tensor: ...
 
 
 def preference_loss(return_1: Tensor, return_2: Tensor, mu: Tensor) -> Tensor:
@@ -97,6 +114,13 @@ def highlight_loss(
     return -sign * total / (anchors >= 0).sum().clamp(min=1)
 
 
+def paper_loss(
+    rewards: Tensor, mask: Tensor, anchors: Tensor, *, length: int, decay: float, sign: int
+) -> Tensor:
+    """`highlight_loss` as a `HighlightLoss`; marks lie on real steps, so it needs no mask."""
+    return highlight_loss(rewards, anchors, length=length, decay=decay, sign=sign)
+
+
 def polite_loss(
     rewards_1: Tensor,
     rewards_2: Tensor,
@@ -111,6 +135,7 @@ def polite_loss(
     alpha_positive: float,
     alpha_negative: float,
     preference: PreferenceLoss = preference_loss,
+    highlight: HighlightLoss = paper_loss,
     marked: Tensor | None = None,
 ) -> Tensor:
     """Eq. 6, L = L_pref + α₊ L₊ + α₋ L₋. With both α at 0 this is the preference-only baseline.
@@ -128,6 +153,7 @@ def polite_loss(
         alpha_positive: α₊.
         alpha_negative: α₋.
         preference: the form of L_pref.
+        highlight: the form of L₊ and L₋.
         marked: segment on which the highlights lie, 0 or 1, (B,) int; the preferred one if None.
 
     Returns:
@@ -142,10 +168,11 @@ def polite_loss(
     loss = preference(real_1.sum(dim=1), real_2.sum(dim=1), mu)
     second = mu[:, 1] > mu[:, 0] if marked is None else marked == 1
     rewards = torch.where(second[:, None], real_2, real_1)
+    mask = torch.where(second[:, None], mask_2, mask_1)
     for alpha, anchors, sign in ((alpha_positive, positive, +1), (alpha_negative, negative, -1)):
         if alpha:
-            loss = loss + alpha * highlight_loss(
-                rewards, anchors, length=length, decay=decay, sign=sign
+            loss = loss + alpha * highlight(
+                rewards, mask, anchors, length=length, decay=decay, sign=sign
             )
     return loss
 

@@ -10,6 +10,7 @@ from typing import Literal
 import torch
 from torch import Tensor
 
+from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.losses import polite_loss, preference_loss, released_preference_loss
 from polite.rewards.data import PreferenceData
 from polite.rewards.network import RewardNet
@@ -41,6 +42,8 @@ class RewardTrainingConfig:
     """α₋, weight of negative highlights; 0 leaves them out."""
     preference: Literal["pairwise", "released"] = "pairwise"
     """Form of L_pref: Eq. 2, or the batch softmax of the authors' release."""
+    highlights: str = "paper"
+    """Form of L₊ and L₋, a name in `polite.highlight_losses.HIGHLIGHT_LOSSES`."""
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -55,11 +58,12 @@ class RewardTrainingConfig:
             or min(self.alpha_positive, self.alpha_negative) < 0
             or not 0 <= self.highlight_decay <= 1
             or self.preference not in _PREFERENCE_LOSSES
+            or self.highlights not in HIGHLIGHT_LOSSES
         ):
             raise InvalidValueError(
                 "expected epochs, batch_size ≥ 1, learning_rate > 0, weight_decay, "
                 "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], preference in "
-                f"{tuple(_PREFERENCE_LOSSES)}, got {self}"
+                f"{tuple(_PREFERENCE_LOSSES)}, highlights in {tuple(HIGHLIGHT_LOSSES)}, got {self}"
             )
 
 
@@ -132,5 +136,6 @@ def batch_loss(
         alpha_positive=config.alpha_positive,
         alpha_negative=config.alpha_negative,
         preference=_PREFERENCE_LOSSES[config.preference],
+        highlight=HIGHLIGHT_LOSSES[config.highlights],
         marked=data.marked[batch],
     )
