@@ -21,7 +21,7 @@ def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
 
     Args:
         out: The folder.
-        run: What makes the run what it is; has its `seed`.
+        run: What makes the run what it is; its `seed`, if it has one, is checked.
         resume: Whether an existing folder may be gone on with.
 
     Raises:
@@ -30,7 +30,7 @@ def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
     """
     marker = out / "run.json"
     run = json.loads(json.dumps(run))
-    _check_seed(run["seed"])
+    _check_seed(run.get("seed", 0))
     try:
         if out.exists():
             if not all(is_temporary(path) for path in out.iterdir()):

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.queues import SimpleQueue
 from pathlib import Path
 from typing import Any, Self
 
-import torch
 from rich.progress import (
     BarColumn,
     Progress,
@@ -24,6 +21,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from polite.experiments.workers import cores, prepare_worker, single_threaded
 from polite.files import read_json_object, write_json
 from polite.types import PoliteError
 
@@ -32,7 +30,6 @@ Report = Callable[[float], None]
 Work = Callable[[Report], dict[str, Any]]
 """A task's work: importable, its result plain data."""
 
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _LISTEN_EVERY = 0.1  # seconds
 _LISTENER_STOPS_WITHIN = 5.0  # seconds
 _messages: SimpleQueue[tuple[str, float]] | None = None
@@ -111,7 +108,7 @@ class Runner:
         for task in tasks:
             self._bars[task.name] = self._progress.add_task(task.says, total=1.0, start=False)
         try:
-            with _single_threaded():
+            with single_threaded():
                 futures = [self._pool.submit(_do, self._folder, task) for task in tasks]
                 for future in as_completed(futures):
                     future.result()
@@ -136,13 +133,6 @@ class Runner:
                 self._progress.update(self._bars[name], completed=share)
 
 
-def cores() -> int:
-    """Cores that this process may use, which can be fewer than the machine has."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1  # macOS and Windows
-
-
 def make_progress() -> Progress:
     """Bars that say what is happening, how far it is and how long is left."""
     return Progress(
@@ -155,21 +145,6 @@ def make_progress() -> Progress:
     )
 
 
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Workers started within use one thread each, or two of them would slow each other down."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
 def _read(path: Path) -> dict[str, Any]:
     """A task's result."""
     return read_json_object(path, "delete it and --resume")
@@ -179,19 +154,7 @@ def _start_worker(messages: SimpleQueue[tuple[str, float]]) -> None:
     """Prepare a worker process."""
     global _messages
     _messages = messages
-    torch.set_num_threads(1)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End this process when the one that started it is gone, however it went.
-
-    Otherwise a worker would outlive a run that was killed, and wait for tasks for ever.
-    """
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    prepare_worker()
 
 
 def _do(folder: Path, task: Task) -> None:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import torch
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -18,31 +15,24 @@ from rich.progress import Progress
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
+from polite.experiments.judge import judge, outcomes
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
 from polite.experiments.train_config import TrainConfig
+from polite.experiments.workers import one_torch_thread
 from polite.files import write_atomically, write_json
 from polite.methods.config import METHODS, LearningConfig
 from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
-from polite.policies.policy import GaussianPolicy, save_policy
+from polite.policies.policy import save_policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rewards.network import FAST, PAPER, save_reward_model
-from polite.rollouts import evaluate
 from polite.types import PoliteError
 
 RESULTS = "results.json"
 NETS = {"fast": FAST, "paper": PAPER}
-EVALUATION_SEED = 1_000_000
-"""Added to the run's seed, so that the policy is judged on scenes that it was not trained on."""
-RATES = {
-    "success": "success_rate",
-    "intermittent": "intermittent_rate",
-    "collisions": "collision_rate",
-}
-"""What an env may tell of an episode -> the share of episodes in which it is above 0."""
 
 Results = dict[str, Any]
 
@@ -88,15 +78,15 @@ def run_train(config: TrainConfig) -> Path:
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         _check_env(env)
     claim_folder(config.out, _identity(config), config.resume)
-    with make_progress() as progress, _one_thread():
+    with make_progress() as progress, one_torch_thread():
         if (config.out / RESULTS).exists():
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
             report = _reporter(progress)
             learned = learn(make_env, preset.make_teacher, learning, config.seed, report)
             report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
-            evaluation = {"evaluation": _judge(make_env, learned.policy, config)}
-            results = {"config": _identity(config)} | evaluation | _results(learned)
+            judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
+            results = {"config": _identity(config), "evaluation": judged} | _results(learned)
             _write(config.out, learned, results)
     return config.out / RESULTS
 
@@ -135,43 +125,15 @@ def _check_env(env: GymnasiumVecEnv) -> None:
         raise PoliteError(f"{spec and spec.id}: no time limit; register it with max_episode_steps")
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """With more, networks this small are slower, and sums depend on the number of cores."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
-
-
 def _reporter(progress: Progress) -> Report:
     """A bar that says what is happening."""
     bar = progress.add_task("beginning", total=1.0)
     return lambda says, share: progress.update(bar, description=says, completed=share)
 
 
-def _judge(make_env: MakeEnv, policy: GaussianPolicy, config: TrainConfig) -> Results:
-    """The policy's most likely actions over whole episodes, under the true reward."""
-    with closing(make_env(config.evaluation_episodes, 0)) as env:
-        numbers = evaluate(env.vector_env, policy.mean_action, config.seed + EVALUATION_SEED)
-    spread = float(numbers["return"].std())
-    means = {name: float(np.mean(values)) for name, values in _outcomes(numbers).items()}
-    return {"episodes": config.evaluation_episodes, "return_sd": spread} | means
-
-
-def _outcomes(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Return and length of episodes, and the rates that the env tells."""
-    known = {name: numbers[name] for name in ("return", "length")}
-    return known | {
-        rate: np.asarray(numbers[name]) > 0 for name, rate in RATES.items() if name in numbers
-    }
-
-
 def _results(learned: Learned) -> Results:
     """What the training was and how it went."""
-    episodes = [{"step": e["step"]} | _outcomes(e) for e in learned.episodes]
+    episodes = [{"step": e["step"]} | outcomes(e) for e in learned.episodes]
     answers = learned.feedback.answers if learned.feedback else []
     return {
         "simulated": True,

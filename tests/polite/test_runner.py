@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from polite.experiments import runner as module
-from polite.experiments.runner import Report, Runner, Task, cores, make_progress, result_path
+from polite.experiments.runner import Report, Runner, Task, make_progress, result_path
+from polite.experiments.workers import cores
 from polite.files import write_json
 from polite.types import PoliteError
 
