@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -62,6 +62,11 @@ class PreferenceData:
         """The number of answers Q."""
         return len(self.pairs)
 
+    def take(self, answers: Tensor) -> PreferenceData:
+        """Some of the answers, by their index, (A,) int64; the segments are shared."""
+        names = ("pairs", "mu", "positive", "negative", "marked")
+        return replace(self, **{name: getattr(self, name)[answers] for name in names})
+
 
 def stack_feedback(
     pool: SegmentPool, queries: Sequence[Query], answers: Sequence[Answer]
@@ -88,6 +93,26 @@ def stack_feedback(
         negative=_anchors([answer.negative for answer in answers]),
         marked=torch.tensor([answer.marked or 0 for answer in answers], dtype=torch.int64),
     )
+
+
+def split_answers(
+    data: PreferenceData, share: float, generator: torch.Generator
+) -> tuple[PreferenceData, PreferenceData | None]:
+    """Hold out a share of the answers, at random; one is left to train on, whatever the share.
+
+    Args:
+        data: the answers.
+        share: how many are held out, rounded; in [0, 1).
+        generator: source of the draw; untouched if none is held out.
+
+    Returns:
+        The answers to train on and those held out, None if there are none.
+    """
+    count = min(round(share * len(data)), len(data) - 1)
+    if not count:
+        return data, None
+    order = torch.randperm(len(data), generator=generator)
+    return data.take(order[count:]), data.take(order[:count])
 
 
 def _anchors(highlights: Sequence[Highlight | None]) -> Tensor:

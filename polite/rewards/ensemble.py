@@ -9,10 +9,17 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
-from polite.rewards.data import PreferenceData
+from polite.rewards.data import PreferenceData, split_answers
 from polite.rewards.dropout import dropout
 from polite.rewards.network import RewardNet
-from polite.rewards.trainer import RewardTrainingConfig, batch_loss, make_optimiser, minibatches
+from polite.rewards.stopping import EarlyStop
+from polite.rewards.trainer import (
+    RewardTrainingConfig,
+    batch_loss,
+    make_optimiser,
+    minibatches,
+    validation_loss,
+)
 from polite.types import Floats64, InvalidValueError, Query, SegmentPool
 
 _SEGMENTS_AT_ONCE = 64
@@ -77,6 +84,10 @@ class RewardEnsemble(nn.Module):
                     features = dropout(features, probability, generator)
         return torch.tanh(features).view(inputs.shape[:-1])
 
+    def score(self, inputs: Tensor) -> Tensor:
+        """Score the same raw (s, a), (…, n + v), with every member, (K, …), without dropout."""
+        return self(inputs.expand(len(self), *inputs.shape))  # type: ignore[no-any-return]
+
     def member(self, index: int) -> RewardNet:
         """A copy of one member as a network of its own."""
         net = RewardNet(*self.shape, torch.Generator())
@@ -101,13 +112,16 @@ def train_ensemble(
         config: how to train.
         generator: source of the batch orders and the dropout masks.
     """
+    data, held_out = split_answers(data, config.validation_share, generator)
     optimiser = make_optimiser(ensemble, config)  # works entry by entry, so members stay apart
+    stop = EarlyStop(ensemble, config.stop_accuracy, config.patience)
     for _ in range(config.epochs):
         orders = [
             minibatches(len(data), config.batch_size, generator) for _ in range(len(ensemble))
         ]
         for batches in zip(*orders, strict=True):
-            segments = data.pairs[torch.stack(batches)]  # (K, B, 2)
+            chosen = torch.stack(batches)  # (K, B)
+            segments = data.pairs[chosen]  # (K, B, 2)
             rewards = ensemble(data.inputs[segments], generator)  # (K, B, 2, m)
             losses = [
                 batch_loss(own, data, batch, config)
@@ -116,6 +130,10 @@ def train_ensemble(
             optimiser.zero_grad()
             torch.stack(losses).sum().backward()  # type: ignore[no-untyped-call]
             optimiser.step()
+            stop.count(rewards, data.mask[segments], data.mu[chosen])
+        if stop.after_epoch(validation_loss(ensemble.score, held_out, config)):
+            break
+    stop.keep_best()
 
 
 def member_probabilities(
@@ -126,7 +144,7 @@ def member_probabilities(
     with torch.no_grad():
         rewards = torch.cat(
             [
-                ensemble(inputs[rows].expand(len(ensemble), -1, -1, -1))
+                ensemble.score(inputs[rows])
                 for rows in torch.split(torch.arange(len(pool)), _SEGMENTS_AT_ONCE)
             ],
             dim=1,

@@ -12,8 +12,9 @@ from torch import Tensor
 
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.losses import polite_loss, preference_loss, released_preference_loss
-from polite.rewards.data import PreferenceData
+from polite.rewards.data import PreferenceData, split_answers
 from polite.rewards.network import RewardNet
+from polite.rewards.stopping import EarlyStop
 from polite.types import InvalidValueError
 
 _PREFERENCE_LOSSES = {"pairwise": preference_loss, "released": released_preference_loss}
@@ -24,7 +25,7 @@ class RewardTrainingConfig:
     """How a reward model is trained."""
 
     epochs: int = 100
-    """Passes over all answers."""
+    """Passes over all answers, at most."""
     batch_size: int = 128
     """Most answers of a minibatch; the minibatches of an epoch are of equal size, give or take one.
     A hyper-parameter, since preferences are summed over it and highlights averaged."""
@@ -44,6 +45,14 @@ class RewardTrainingConfig:
     """Form of L_pref: Eq. 2, or the batch softmax of the authors' release."""
     highlights: str = "paper"
     """Form of L₊ and L₋, a name in `polite.highlight_losses.HIGHLIGHT_LOSSES`."""
+    stop_accuracy: float | None = None
+    """Stop after an epoch in which r̂ put more than this share of the expressed preferences in the
+    order of their labels (PEBBLE: .97), counted as the minibatches pass; None never stops so."""
+    validation_share: float = 0.0
+    """Share of the answers that is held out: the training stops when their L_pref falls no more,
+    and the weights of its best epoch are kept. 0 holds nothing out."""
+    patience: int = 10
+    """For how many epochs in a row it may fail to fall."""
 
     def __post_init__(self) -> None:
         """Check the ranges.
@@ -52,17 +61,20 @@ class RewardTrainingConfig:
             InvalidValueError: naming the valid ranges, if a value is outside.
         """
         if (
-            min(self.epochs, self.batch_size) < 1
+            min(self.epochs, self.batch_size, self.patience) < 1
             or self.learning_rate <= 0
             or min(self.weight_decay, self.highlight_length) < 0
             or min(self.alpha_positive, self.alpha_negative) < 0
             or not 0 <= self.highlight_decay <= 1
+            or not 0 <= self.validation_share < 1
+            or not (self.stop_accuracy is None or 0 < self.stop_accuracy < 1)
             or self.preference not in _PREFERENCE_LOSSES
             or self.highlights not in HIGHLIGHT_LOSSES
         ):
             raise InvalidValueError(
-                "expected epochs, batch_size ≥ 1, learning_rate > 0, weight_decay, "
-                "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], preference in "
+                "expected epochs, batch_size, patience ≥ 1, learning_rate > 0, weight_decay, "
+                "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], validation_share in "
+                "[0, 1), stop_accuracy in (0, 1) or None, preference in "
                 f"{tuple(_PREFERENCE_LOSSES)}, highlights in {tuple(HIGHLIGHT_LOSSES)}, got {self}"
             )
 
@@ -80,10 +92,12 @@ def train_reward(
         net: the reward model, changed in place.
         data: the answers.
         config: how to train.
-        generator: source of the batch order and the dropout masks.
+        generator: source of the held-out answers, the batch orders and the dropout masks.
         on_epoch: called after each epoch with its number, from 1, and the net.
     """
+    data, held_out = split_answers(data, config.validation_share, generator)
     optimiser = make_optimiser(net, config)
+    stop = EarlyStop(net, config.stop_accuracy, config.patience)
     for epoch in range(1, config.epochs + 1):
         for batch in minibatches(len(data), config.batch_size, generator):
             segments = data.pairs[batch]
@@ -91,8 +105,12 @@ def train_reward(
             optimiser.zero_grad()
             batch_loss(rewards, data, batch, config).backward()  # type: ignore[no-untyped-call]
             optimiser.step()
+            stop.count(rewards, data.mask[segments], data.mu[batch])
         if on_epoch is not None:
             on_epoch(epoch, net)
+        if stop.after_epoch(validation_loss(net, held_out, config)):
+            break
+    stop.keep_best()
 
 
 def make_optimiser(module: torch.nn.Module, config: RewardTrainingConfig) -> torch.optim.Adam:
@@ -139,3 +157,23 @@ def batch_loss(
         highlight=HIGHLIGHT_LOSSES[config.highlights],
         marked=data.marked[batch],
     )
+
+
+def validation_loss(
+    score: Callable[[Tensor], Tensor], held_out: PreferenceData | None, config: RewardTrainingConfig
+) -> float | None:
+    """L_pref of the held-out answers, mean over members; None where no answer has a preference.
+
+    Args:
+        score: (s, a) of the answers' pairs, (Q, 2, m, n + v), to r̂ without dropout, (…, Q, 2, m).
+        held_out: the answers, if any are held out.
+        config: the form of L_pref.
+    """
+    if held_out is None or not held_out.mu.any():
+        return None
+    with torch.no_grad():
+        rewards = score(held_out.inputs[held_out.pairs])
+        returns = rewards.where(held_out.mask[held_out.pairs], 0.0).sum(dim=-1)
+        members = returns.reshape(-1, *returns.shape[-2:])  # (K, Q, 2)
+        loss = _PREFERENCE_LOSSES[config.preference]
+        return sum(loss(*own.T, held_out.mu).item() for own in members) / len(members)
