@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -85,15 +86,50 @@ def welch_difference(first: Array, second: Array) -> Estimate:
 
     With fewer than two values in a sample the interval is unbounded.
     """
-    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
-    if min(first.size, second.size) < 1:
+    return welch_contrast([first, second], [1.0, -1.0])
+
+
+def welch_contrast(samples: Sequence[Array], weights: Sequence[float]) -> Estimate:
+    """A weighted sum of the means of independent samples, by Welch's t interval.
+
+    The degrees of freedom are Satterthwaite's (1946). With an empty sample there is no mean; with
+    one of a single value the interval is unbounded.
+    """
+    arrays = [np.asarray(sample, dtype=float) for sample in samples]
+    counts = np.array([array.size for array in arrays])
+    if counts.min() < 1:
         return Estimate(np.nan, -np.inf, np.inf)
-    gap = float(first.mean() - second.mean())
+    mean = float(sum(w * array.mean() for w, array in zip(weights, arrays, strict=True)))
+    if counts.min() < 2:
+        return Estimate(mean, -np.inf, np.inf)
+    parts = np.array([w**2 * a.var(ddof=1) / a.size for w, a in zip(weights, arrays, strict=True)])
+    return _interval(mean, float(np.sqrt(parts.sum())), _welch_degrees(parts, counts))
+
+
+def ratio_of_means(first: Array, second: Array) -> Estimate:
+    """Mean of first by mean of second, independent samples, by Fieller's interval (1954).
+
+    The variances may differ: the degrees of freedom are Satterthwaite's at the ratio found
+    (Hasler, Vonk and Hothorn, Statistics in Medicine 27, 2008). A ratio to a mean at or below 0
+    says nothing, so that it is NaN; where the second mean is not told apart from 0 by its own
+    error, no bound exists.
+    """
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if min(first.size, second.size) < 1 or second.mean() <= 0.0:
+        return Estimate(np.nan, -np.inf, np.inf)
+    ratio = float(first.mean() / second.mean())
     if min(first.size, second.size) < 2:
-        return Estimate(gap, -np.inf, np.inf)
-    parts = np.array([first.var(ddof=1) / first.size, second.var(ddof=1) / second.size])
-    degrees = _welch_degrees(parts, np.array([first.size, second.size]))
-    return _interval(gap, float(np.sqrt(parts.sum())), degrees)
+        return Estimate(ratio, -np.inf, np.inf)
+    errors = np.array([first.var(ddof=1) / first.size, second.var(ddof=1) / second.size])
+    degrees = _welch_degrees(errors * [1.0, ratio**2], np.array([first.size, second.size]))
+    top, bottom = errors * float(stats.t.ppf((1 + LEVEL) / 2, degrees)) ** 2
+    # The bounds solve (m1 − ρ m2)² = t² (v1 + ρ² v2), a quadratic in ρ.
+    square = float(second.mean() ** 2 - bottom)
+    if square <= 0.0:
+        return Estimate(ratio, -np.inf, np.inf)
+    half = float(first.mean() * second.mean())
+    root = float(np.sqrt(max(half**2 - square * (first.mean() ** 2 - top), 0.0)))
+    return Estimate(ratio, (half - root) / square, (half + root) / square)
 
 
 def welch_test(first: Summary, second: Summary) -> Test:

@@ -11,9 +11,11 @@ import numpy as np
 from polite.analysis.numbers import as_json
 from polite.analysis.statistics import Estimate
 
-Verdict = Literal["reproduced", "not reproduced", "undecided", "input"]
-Kind = Literal["emergent", "input", "arithmetic"]
-"""What a claim rests on: on what the run computed, on what was put in, or on printed numbers."""
+Verdict = Literal["reproduced", "not reproduced", "undecided", "input", "shown"]
+"""Of a claim, or of a part; a part that is only shown decides nothing."""
+Kind = Literal["emergent", "input", "arithmetic", "comparison"]
+"""What a claim rests on: on what the run computed, on what was put in, or on printed numbers. A
+comparison rests on what the run computed too, but the paper does not make it."""
 
 
 @dataclass(frozen=True)
@@ -79,16 +81,40 @@ def given(what: str, estimate: Estimate, unit: str = "") -> Part:
     return Part(what, estimate, "input", "", unit)
 
 
+def at_least(what: str, estimate: Estimate, bound: float, unit: str = "") -> Part:
+    """Reproduced when the measured value is at least the bound; not when the interval is below it.
+
+    The value itself is judged, not its interval: a weak rule, to be put beside a stricter one.
+    """
+    verdict = _place(estimate, bound, "reproduced", "not reproduced")
+    if verdict == "undecided" and estimate.mean >= bound and np.isfinite(estimate.low):
+        verdict = "reproduced"
+    return Part(what, estimate, verdict, f"value ≥ {bound:g}", unit)
+
+
+def between(what: str, estimate: Estimate, low: float, high: float, unit: str = "") -> Part:
+    """Reproduced when the whole interval lies within the bounds; not when it lies outside them."""
+    over = _place(estimate, low, "reproduced", "not reproduced")
+    under = _place(estimate, high, "not reproduced", "reproduced")
+    return Part(what, estimate, combine([over, under]), f"{low:g} to {high:g}", unit)
+
+
+def shown(what: str, estimate: Estimate, unit: str = "") -> Part:
+    """A measured quantity that explains another one, and is not judged."""
+    return Part(what, estimate, "shown", "", unit)
+
+
 def combine(verdicts: Sequence[Verdict]) -> Verdict:
-    """A claim holds when all its parts do, and fails when any one fails.
+    """A claim holds when all its judged parts do, and fails when any one fails.
 
     Requiring every part to pass its own 5% test keeps the whole at 5% (intersection–union test).
     """
-    if "not reproduced" in verdicts:
+    judged = [verdict for verdict in verdicts if verdict != "shown"]
+    if "not reproduced" in judged:
         return "not reproduced"
-    if "undecided" in verdicts:
+    if "undecided" in judged:
         return "undecided"
-    return "input" if set(verdicts) == {"input"} else "reproduced"
+    return "input" if set(judged) == {"input"} else "reproduced"
 
 
 def _place(estimate: Estimate, bound: float, over: Verdict, under: Verdict) -> Verdict:

@@ -12,7 +12,7 @@ from polite.report.words import NBSP, estimate, number, over_seeds, p_value, per
 
 Results = Mapping[str, Any]
 
-BADGES = {"reproduced": "✓", "not reproduced": "✗", "undecided": "?", "input": "•"}
+BADGES = {"reproduced": "✓", "not reproduced": "✗", "undecided": "?", "input": "•", "shown": "·"}
 """A sign for each verdict, so that colour is not what tells them apart."""
 
 METRICS = {

@@ -1,0 +1,288 @@
+"""The paper's claims about Walker2d and HalfCheetah, and our own, judged by rules that are code.
+
+The rules were written before the runs. Every claim is judged once for each combination of loss and
+form of the highlights that the records hold, or that is planned; of the controls (another preset, a
+variant of the env) only what their runs suffice for. Differences have Welch's interval, ratios
+Fieller's. A cell with fewer than two runs decides nothing, and is named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from polite.analysis.benchmark_records import (
+    HIGHLIGHTED,
+    PAIRWISE,
+    PAPER_FORM,
+    Condition,
+    Grid,
+    Record,
+    Run,
+)
+from polite.analysis.comparisons import SHARE_OF_FINAL, View, Wanted
+from polite.analysis.verdicts import Claim, Kind, Part, above, at_least, below, between, shown
+
+NEAR = 0.9
+"""Share of another mean from which on a return is "near" it, or no worse (our threshold)."""
+NEARLY_DOUBLE = (1.6, 2.2)
+"""Ratios that "nearly double" means (our threshold)."""
+EQUAL_EFFORT: Final = {200: 262, 400: 525}
+"""Queries without highlights that take people as long as those with them: 31% more, rounded."""
+
+POLITE_200, POLITE_400 = ("polite", 200), ("polite", 400)
+BASELINE_262, BASELINE_400 = ("preferences", 262), ("preferences", 400)
+BASELINE_800 = ("preferences", 800)
+PEBBLE_400 = ("pebble", 400)
+NOT_IN_PAPER = "not in the paper"
+ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
+AT_EQUAL_STEPS = (
+    "compared at PEBBLE's number of steps, where the other training, if longer, is read off its "
+    "curve"
+)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A claim before it meets any record."""
+
+    id: str
+    text: str
+    published: str
+    rule: str
+    wanted: tuple[Wanted, ...]
+    """The cells that it reads."""
+    judge: Callable[[View], tuple[Part, ...]]
+    env: str = ""
+    """What the env's name begins with; empty for a claim about any env."""
+    kind: Kind = "emergent"
+    own_form: bool = False
+    """Whether it is about our form of the highlights under the pairwise loss alone."""
+
+    def applies(self, env: str, condition: Condition) -> bool:
+        """Whether the claim is about this env under this condition."""
+        own = condition.loss == PAIRWISE and condition.highlights not in (PAPER_FORM, None)
+        return env.startswith(self.env) and (own or not self.own_form)
+
+    @property
+    def highlighted(self) -> bool:
+        """Whether any cell that it reads depends on the form of the highlights."""
+        return any(method in HIGHLIGHTED for method, _ in self.wanted)
+
+
+def judge_benchmark(records: Sequence[Record], planned: Sequence[Run] = ()) -> list[dict[str, Any]]:
+    """The entries of `claims` in a benchmark's results.json.
+
+    Args:
+        records: finished runs, any number of any cells.
+        planned: `run` of every run that the grid shall hold; may be empty.
+
+    Returns:
+        For each claim, env and condition what `polite.analysis.claims.judge` returns, with `env`,
+        `preset`, `variant`, `loss`, `highlights` (null where the claim reads no highlighted cell)
+        and `missing`, a list of what runs are missing in words.
+    """
+    return judge_grid(Grid(records, planned))
+
+
+def judge_grid(grid: Grid) -> list[dict[str, Any]]:
+    """The same for runs that are grouped already."""
+    entries = []
+    for env in grid.envs:
+        for rule in RULES:
+            for condition in _conditions(grid, env, rule):
+                view = View(grid, env, condition)
+                if grid.is_main(env, condition) or _complete(view, rule):
+                    entries.append(_entry(view, rule))
+    return entries
+
+
+def _conditions(grid: Grid, env: str, rule: Rule) -> list[Condition]:
+    fitting = [c for c in grid.conditions(env) if rule.applies(env, c)]
+    if rule.highlighted:
+        return [c for c in fitting if c.highlights is not None]
+    return list(dict.fromkeys(replace(c, highlights=None) for c in fitting))
+
+
+def _complete(view: View, rule: Rule) -> bool:
+    return all(sample.size for sample in view.samples(*rule.wanted))
+
+
+def _entry(view: View, rule: Rule) -> dict[str, Any]:
+    claim = Claim(rule.id, rule.kind, rule.text, rule.published, rule.rule, rule.judge(view))
+    condition = view.condition
+    return claim.as_json() | {
+        "env": view.env,
+        "preset": condition.preset,
+        "variant": condition.variant,
+        "loss": condition.loss,
+        "highlights": condition.highlights,
+        "missing": view.missing(*rule.wanted),
+    }
+
+
+def _above(what: str, first: Wanted, second: Wanted) -> Callable[[View], tuple[Part, ...]]:
+    return lambda view: (above(what, view.difference(first, second), 0),)
+
+
+def _double(view: View) -> tuple[Part, ...]:
+    ratio = view.ratio(POLITE_400, BASELINE_800)
+    return (between("POLITE-400 / baseline-800", ratio, *NEARLY_DOUBLE),)
+
+
+def _near(view: View) -> tuple[Part, ...]:
+    return (above("POLITE-200 / baseline-800", view.ratio(POLITE_200, BASELINE_800), NEAR),)
+
+
+def _above_both(view: View) -> tuple[Part, ...]:
+    baseline, pebble = (view.difference(POLITE_400, c) for c in (BASELINE_400, PEBBLE_400))
+    return (
+        above("POLITE-400 minus baseline-400", baseline, 0),
+        above("POLITE-400 minus PEBBLE-400", pebble, 0),
+    )
+
+
+def _faster(view: View) -> tuple[Part, ...]:
+    area = view.area_difference(POLITE_400, BASELINE_400)
+    steps = view.speed_difference(POLITE_400, BASELINE_400)
+    share = f"steps to {SHARE_OF_FINAL:.0%} of baseline-400's final return"
+    return (
+        above("mean return over all steps, POLITE-400 minus baseline-400", area, 0),
+        below(f"{share}, POLITE-400 minus baseline-400", steps, 0, "steps"),
+    )
+
+
+def _synergy(view: View) -> tuple[Part, ...]:
+    alone = view.difference(("highlights", 400), ("untrained", 0))
+    together = view.difference(POLITE_400, BASELINE_400)
+    return (
+        above("(both − preferences) − (highlights − untrained), 400", view.synergy(400), 0),
+        shown("both minus preferences", together),
+        shown("highlights alone minus untrained", alone),
+    )
+
+
+def _no_worse(view: View) -> tuple[Part, ...]:
+    return (
+        at_least("POLITE-200 minus baseline-800", view.difference(POLITE_200, BASELINE_800), 0),
+        above("POLITE-200 / baseline-800", view.ratio(POLITE_200, BASELINE_800), NEAR),
+    )
+
+
+RULES: Final[tuple[Rule, ...]] = (
+    Rule(
+        "walker2d-fewer-queries",
+        "POLITE with 200 queries beats the baseline with 800, 75% fewer",
+        "Fig. 4, no number",
+        f"Final true return, POLITE-200 minus baseline-800: {ABOVE_0}",
+        (POLITE_200, BASELINE_800),
+        _above("POLITE-200 minus baseline-800", POLITE_200, BASELINE_800),
+        env="Walker2d",
+    ),
+    Rule(
+        "walker2d-nearly-double",
+        "POLITE with 400 queries nearly doubles the baseline with 800",
+        '"nearly double"',
+        f"Ratio of the mean final true returns: Fieller's 95% interval lies within "
+        f"{NEARLY_DOUBLE[0]:g} to {NEARLY_DOUBLE[1]:g}.",
+        (POLITE_400, BASELINE_800),
+        _double,
+        env="Walker2d",
+    ),
+    Rule(
+        "walker2d-pebble-baseline",
+        "PEBBLE improves on the baseline",
+        "Fig. 4, no number",
+        f"True return with 400 queries each, PEBBLE minus baseline, {AT_EQUAL_STEPS}: {ABOVE_0}",
+        (PEBBLE_400, BASELINE_400),
+        _above("PEBBLE-400 minus baseline-400", PEBBLE_400, BASELINE_400),
+        env="Walker2d",
+    ),
+    Rule(
+        "walker2d-polite-pebble",
+        "POLITE beats PEBBLE with half the queries",
+        "Fig. 4, no number",
+        f"True return, POLITE-200 minus PEBBLE-400, {AT_EQUAL_STEPS}: {ABOVE_0}",
+        (POLITE_200, PEBBLE_400),
+        _above("POLITE-200 minus PEBBLE-400", POLITE_200, PEBBLE_400),
+        env="Walker2d",
+    ),
+    Rule(
+        "halfcheetah-above-both",
+        "POLITE is above the baseline and PEBBLE at equal queries (400)",
+        "Fig. 4, no number",
+        f"True return, POLITE-400 minus each; PEBBLE is {AT_EQUAL_STEPS}: {ABOVE_0}",
+        (POLITE_400, BASELINE_400, PEBBLE_400),
+        _above_both,
+        env="HalfCheetah",
+    ),
+    Rule(
+        "halfcheetah-near",
+        "POLITE comes near the baseline's convergence with 75% fewer queries",
+        "Fig. 4, no number",
+        "Read as POLITE-200 against baseline-800; ratio of the mean final true returns: Fieller's "
+        f"95% interval lies above {NEAR:g}.",
+        (POLITE_200, BASELINE_800),
+        _near,
+        env="HalfCheetah",
+    ),
+    Rule(
+        "H2",
+        "POLITE converges faster than the baseline at equal queries (400)",
+        "hypothesis H2, no number",
+        "Area under the learning curve: Welch's 95% interval of the difference lies above 0; steps "
+        f"to {SHARE_OF_FINAL:.0%} of baseline-400's mean final return: it lies below 0. A run that "
+        "never gets there counts as its whole training, and leaves its side of the interval open.",
+        (POLITE_400, BASELINE_400),
+        _faster,
+    ),
+    Rule(
+        "fig4c",
+        "Preferences and highlights together give more than the sum of both (synergy)",
+        "shown in Fig. 4c, no number",
+        "(both − preferences) − (highlights − untrained), final true returns at 400 queries: "
+        f"{ABOVE_0}",
+        (POLITE_400, BASELINE_400, ("highlights", 400), ("untrained", 0)),
+        _synergy,
+    ),
+    *(
+        Rule(
+            f"equal-effort-{queries}",
+            f"POLITE-{queries} beats the baseline at equal effort of people ({more} queries)",
+            NOT_IN_PAPER,
+            f"A query with highlights takes 31% more time. Final true return, POLITE-{queries} "
+            f"minus baseline-{more}: {ABOVE_0}",
+            (("polite", queries), ("preferences", more)),
+            _above(
+                f"POLITE-{queries} minus baseline-{more}",
+                ("polite", queries),
+                ("preferences", more),
+            ),
+            kind="comparison",
+        )
+        for queries, more in EQUAL_EFFORT.items()
+    ),
+    Rule(
+        "bar-fewer-queries",
+        "Our bar: with our form of the highlights, POLITE-200 is no worse than baseline-800",
+        NOT_IN_PAPER,
+        "The mean final true return is at least baseline-800's, and Fieller's 95% interval of the "
+        f"ratio lies above {NEAR:g}.",
+        (POLITE_200, BASELINE_800),
+        _no_worse,
+        kind="comparison",
+        own_form=True,
+    ),
+    Rule(
+        "bar-equal-effort",
+        "Our bar: with our form of the highlights, POLITE-200 beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"Final true return, POLITE-200 minus baseline-262: {ABOVE_0}",
+        (POLITE_200, BASELINE_262),
+        _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
+        kind="comparison",
+        own_form=True,
+    ),
+)
+"""What the paper says of the two envs, what it does not compare, and what we ask of ourselves."""

@@ -1,0 +1,90 @@
+"""A study's plan as a table of text, from settings or from a benchmark's results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from polite.analysis.planning import StudyPlan, plan_study
+from polite.experiments.plan_config import PlanConfig
+from polite.files import read_json_object
+from polite.types import InvalidValueError
+
+
+def run_plan(config: PlanConfig) -> str:
+    """The plan as lines of text.
+
+    Raises:
+        PoliteError: a setting is out of its range, the benchmark cannot be read, or it does not
+            know how many queries reach the share.
+    """
+    queries, source = config.queries, "as asked for"
+    if config.benchmark is not None:
+        queries, source = _queries_of(config, config.benchmark)
+    plan = plan_study(
+        queries,
+        highlights=config.method == "polite",
+        queries_per_participant=config.queries_per_participant,
+        agreement=config.agreement,
+        correlation=config.correlation,
+        shares=config.shares,
+        effect=config.effect,
+        power=config.power,
+    )
+    rows = _rows(plan, config, source)
+    width = max(len(name) for name, _ in rows)
+    return "\n".join(f"{name:<{width}}  {value}" for name, value in rows)
+
+
+def _rows(plan: StudyPlan, config: PlanConfig, source: str) -> list[tuple[str, str]]:
+    noise = source if config.agreement is None else f"{source}, with the pilot's noise"
+    first, second = config.shares
+    return [
+        ("answers in each condition", f"{plan.queries} ({noise})"),
+        (
+            "participants in each condition",
+            f"{plan.participants}, {plan.queries_per_participant} answers each",
+        ),
+        ("minutes a participant", f"{plan.minutes_per_participant:.1f} (the paper's, scaled)"),
+        ("hours of people in each condition", f"{plan.hours:.1f}"),
+        (
+            "design effect of shared participants",
+            f"{plan.design_effect:.2f} (intraclass correlation {config.correlation:g}): as good as "
+            f"{plan.effective_queries:.0f} independent answers",
+        ),
+        (f"power to tell {first:g} from {second:g}", f"{plan.power:.2f}"),
+        (
+            f"participants for a power of {config.power:g}",
+            f"{plan.participants_for_power} in each condition",
+        ),
+        (
+            f"training runs to see {config.effect:g} sd",
+            f"{plan.runs_per_cell} in each condition, at a power of {config.power:g}",
+        ),
+    ]
+
+
+def _queries_of(config: PlanConfig, folder: Path) -> tuple[int, str]:
+    path = folder / "results.json"
+    results = read_json_object(path, "run `polite benchmark` first")
+    fitting = [row for row in results.get("queries_to_reach", []) if _fits(row, config)]
+    if not fitting:
+        raise InvalidValueError(
+            f"{path}: expected {config.method} on {config.env} with its queries to reach "
+            f"{config.share:.0%} of the true reward's return, found none; choose another env, "
+            "method or share, or give --queries"
+        )
+    best = min(fitting, key=lambda row: (row["reached"] == "not reached", row["queries"] or 0))
+    if best["reached"] == "not reached":
+        raise InvalidValueError(
+            f"{path}: {config.method} did not reach {config.share:.0%} of the true reward's return "
+            f"on {config.env} with {best['queries']:.0f} queries; ask for a smaller --share"
+        )
+    form = f", {best['highlights']} highlights" if best["highlights"] else ""
+    return round(best["queries"]), f"{config.env}, {best['loss']} loss{form}"
+
+
+def _fits(row: Mapping[str, Any], config: PlanConfig) -> bool:
+    wanted = (config.env, config.method, config.share)
+    return (row["env"], row["method"], row["share"]) == wanted and row["queries"] is not None
