@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 import tyro
 from rich.console import Console
 
+from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.train_config import TrainConfig
 from polite.types import PoliteError
 
@@ -84,9 +85,28 @@ class Train(TrainConfig):
         return run_train(TrainConfig(**vars(self)))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Benchmark(BenchmarkConfig):
+    """Run a grid of trainings: envs, methods, budgets, losses and seeds, each in its own process.
+
+    Writes a record for each finished run, and from all of them results.json, figures/ and
+    report.html. A folder can be given further parts of the same preset's grid later.
+    """
+
+    def __post_init__(self) -> None:
+        """Check nothing yet: tyro would show a mistake in a box of its own."""
+
+    def run(self) -> Path:
+        """Run the grid; returns the path of its report."""
+        from polite.experiments.benchmark.drive import benchmark
+
+        return benchmark(BenchmarkConfig(**vars(self)))
+
+
 Command = (
     Annotated[Replicate, tyro.conf.subcommand("replicate")]
     | Annotated[Train, tyro.conf.subcommand("train")]
+    | Annotated[Benchmark, tyro.conf.subcommand("benchmark")]
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Report, tyro.conf.subcommand("report")]
 )
@@ -102,7 +122,7 @@ def main() -> None:
         Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
-        hint = "; go on with --resume" if isinstance(command, Replicate | Train) else ""
+        hint = "; go on with --resume" if isinstance(command, Replicate | Train | Benchmark) else ""
         Console(stderr=True).print(f"polite: stopped{hint}")
         sys.exit(130)
     Console(soft_wrap=True).print(f"{path}", markup=False, highlight=False)

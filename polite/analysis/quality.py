@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.stats import rankdata
 
 from polite.analysis.numbers import Array, as_json
 from polite.analysis.statistics import mean_interval, paired_difference
@@ -34,6 +35,21 @@ def step_correlation(learned: Array, true: Array) -> float:
     if learned.std() == 0.0 or true.std() == 0.0:
         return float("nan")
     return float(np.corrcoef(learned, true)[0, 1])
+
+
+def rank_correlation(learned: Array, true: Array) -> float:
+    """Spearman correlation of two rewards over single steps, (M,); NaN if one is constant."""
+    return step_correlation(rankdata(learned), rankdata(true))
+
+
+def saturation(learned: Array, bound: float = 0.95) -> float:
+    """Share of the steps at which a reward in (−1, 1) is all but at its bounds.
+
+    Args:
+        learned: (M,) learned rewards.
+        bound: beyond which |r̂| counts.
+    """
+    return float(np.mean(np.abs(np.asarray(learned, dtype=float)) > bound))
 
 
 def action_distance(first: Array, second: Array) -> Array:

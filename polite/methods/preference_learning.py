@@ -7,7 +7,7 @@ reward model is trained on with all answers so far; then it stays as it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any
@@ -35,6 +35,8 @@ MakeTeacher = Callable[[SegmentPool], Teacher]
 """The first session's segments -> who answers."""
 Report = Callable[[str, float], object]
 """Told what is happening, and the share of all policy steps that is done, in [0, 1]."""
+Follow = Callable[[Sequence[Mapping[str, float]]], object]
+"""Given the finished training episodes so far, now and then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ class Learned:
     """PPO steps, in whole rollouts."""
     collection_steps: int
     """Env steps spent on collecting segments, beside the policy steps."""
+    session_policy: GaussianPolicy | None = None
+    """The policy as it was when segments were collected for the last time; None if never."""
 
 
 def learn(
@@ -63,6 +67,7 @@ def learn(
     config: LearningConfig,
     seed: int,
     report: Report = lambda says, share: None,
+    follow: Follow = lambda episodes: None,
 ) -> Learned:
     """Train a policy by one of the methods.
 
@@ -75,12 +80,13 @@ def learn(
         config: the method and its settings.
         seed: everything random follows from it.
         report: told how far it is.
+        follow: given the finished episodes after each rollout.
 
     Raises:
         PoliteError: if the env's observations or actions are no vectors.
         NotFiniteError: if the env gives NaN or infinity.
     """
-    learner = _Learner(make_env, make_teacher, config, seed, report)
+    learner = _Learner(make_env, make_teacher, config, seed, report, follow)
     try:
         return learner.run()
     finally:
@@ -97,10 +103,11 @@ class _Learner:
         config: LearningConfig,
         seed: int,
         report: Report,
+        follow: Follow,
     ) -> None:
         env, policy, weights, batches, samples, answers = _seeds(seed, 6)
         self._make_env, self._make_teacher = make_env, make_teacher
-        self._config, self._report = config, report
+        self._config, self._report, self._follow = config, report, follow
         self._env = make_env(config.ppo.num_envs, env)
         self._net = RewardNet(*_sizes(self._env), config.net, _generator(weights))
         reward = None if config.method.true_reward else self._score
@@ -111,6 +118,7 @@ class _Learner:
         self._history = FeedbackHistory(config.schedule.recent_sessions)
         self._teacher: Teacher | None = None
         self._held: list[int] = []
+        self._session_policy: GaussianPolicy | None = None
         self._done = self._collected = 0
 
     def run(self) -> Learned:
@@ -128,6 +136,7 @@ class _Learner:
             sessions=self._held,
             policy_steps=self._done,
             collection_steps=self._collected,
+            session_policy=self._session_policy,
         )
 
     def close(self) -> None:
@@ -161,7 +170,7 @@ class _Learner:
         length = self._config.schedule.segment_length
         steps = min(count * length, _time_limit(self._env) or count * length)
         env = self._make_env(ceil(count * length / steps), 0)
-        policy = self._trainer.policy()
+        policy = self._session_policy = self._trainer.policy()
         try:
             trajectories = collect(
                 env.vector_env,
@@ -201,6 +210,7 @@ class _Learner:
 
     def _note_steps(self, steps: int) -> None:
         self._done = steps
+        self._follow(self._trainer.episodes)
         self._says("training the policy")
 
     def _says(self, what: str) -> None:

@@ -1,0 +1,1 @@
+"""A grid of runs, each one process and one record."""

@@ -1,0 +1,151 @@
+"""A grid of runs, from its settings to its report."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+
+from polite.experiments.benchmark.board import Board, view
+from polite.experiments.benchmark.engines import Engine, LocalEngine
+from polite.experiments.benchmark.grid import Run, select
+from polite.experiments.benchmark.record import read_record, record_path
+from polite.experiments.benchmark.run import Outcome, carry_out
+from polite.experiments.benchmark.standing import failure_path, standing, times_path
+from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.run_folder import claim_folder
+from polite.experiments.workers import cores
+from polite.files import one_line, read_json_object, write_atomically, write_json
+from polite.types import PoliteError
+
+FORMAT = 1
+"""Of the records; a folder of another format is not gone on with."""
+UPDATE_EVERY = 2.0
+"""Seconds between two looks at the running runs."""
+
+
+def benchmark(config: BenchmarkConfig) -> Path:
+    """Run what is not done yet of the part of the grid that was asked for.
+
+    Returns:
+        The path of what can be looked at.
+
+    Raises:
+        PoliteError: if nothing is asked for, the folder is another's, or runs failed.
+    """
+    runs = select(config)
+    if config.status:
+        return show_status(config.out, config.preset, runs)
+    claim_folder(config.out, _identity(config.preset), config.resume)
+    with engine_of(config) as engine:
+        failures = run_grid(config.out, runs, engine)
+    if failures:
+        raise PoliteError(
+            f"{len(failures)} of {len(runs)} runs failed, see {config.out / 'failed'}; --resume "
+            "tries them again"
+        )
+    return config.out
+
+
+def _identity(preset: str) -> dict[str, object]:
+    """What all runs of a folder share."""
+    return {"benchmark": FORMAT, "preset": preset}
+
+
+@contextmanager
+def engine_of(config: BenchmarkConfig) -> Iterator[Engine]:
+    """The engine that was asked for."""
+    with LocalEngine(config.jobs or cores()) as engine:
+        yield engine
+
+
+def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
+    """Print how far a grid is; nothing is changed.
+
+    Raises:
+        PoliteError: if the folder holds no grid of this preset.
+    """
+    marker = read_json_object(folder / "run.json", "give the folder of a benchmark as --out")
+    if marker != _identity(preset):
+        raise PoliteError(f"{folder} holds no grid of preset {preset}; give its own --preset")
+    Console(soft_wrap=True).print(view(standing(folder, runs)))
+    return folder
+
+
+def run_grid(folder: Path, runs: Sequence[Run], engine: Engine) -> Mapping[Run, str]:
+    """Run those that have no record yet, and keep what comes back.
+
+    Only this process writes records, one for each run, wherever it was done.
+
+    Args:
+        folder: the grid's.
+        runs: what to do, in this order.
+        engine: does it.
+
+    Returns:
+        The failed runs, and why.
+    """
+    left = [run for run in runs if read_record(folder, run) is None]
+    _clear(folder, left)
+    futures = {engine.submit(carry_out, run, folder.absolute()): run for run in left}
+    failures = {}
+    console = Console(stderr=True)
+    with Board(lambda: standing(folder, runs), console) as board:
+        for future in _finished(futures, board.update):
+            run = futures[future]
+            failure = _keep(folder, run, _outcome(future))
+            if failure is not None:
+                failures[run] = failure
+                console.print(f"failed: {run.name}: {failure}", markup=False, soft_wrap=True)
+    return failures
+
+
+def _clear(folder: Path, left: Sequence[Run]) -> None:
+    """Remove what interrupted or failed runs have left; make the folder in which runs say more."""
+    shutil.rmtree(folder / "live", ignore_errors=True)
+    (folder / "live").mkdir(parents=True)
+    for run in left:
+        failure_path(folder, run).unlink(missing_ok=True)
+        record_path(folder, run).unlink(missing_ok=True)
+
+
+def _finished(
+    futures: Mapping[Future[Outcome], Run], update: Callable[[], None]
+) -> Iterator[Future[Outcome]]:
+    """The futures as they are done; meanwhile `update` is called every now and then."""
+    open_futures = set(futures)
+    while open_futures:
+        update()
+        done, open_futures = wait(open_futures, UPDATE_EVERY, FIRST_COMPLETED)
+        yield from done
+
+
+def _outcome(future: Future[Outcome]) -> Outcome:
+    """A run's outcome; that its process died is one too."""
+    try:
+        return future.result()
+    except Exception as error:
+        reason = f"its process died, as when memory runs out ({one_line(error)})"
+        return Outcome(None, {}, {}, failure=reason)
+
+
+def _keep(folder: Path, run: Run, outcome: Outcome) -> str | None:
+    """Write down what came back, the record last; returns why the run failed."""
+    if outcome.record is None:
+        text = f"{outcome.failure}\n\n{outcome.details}"
+        write_atomically(failure_path(folder, run), lambda path: path.write_text(text, "utf-8"))
+    else:
+        for name, content in outcome.models.items():
+            write_atomically(folder / "models" / run.name / name, _writer(content))
+        write_json(times_path(folder, run), outcome.seconds)
+        write_json(record_path(folder, run), outcome.record)
+    (folder / "live" / f"{run.name}.json").unlink(missing_ok=True)
+    return outcome.failure
+
+
+def _writer(content: bytes) -> Callable[[Path], int]:
+    return lambda path: path.write_bytes(content)

@@ -1,0 +1,77 @@
+"""How well the learned reward orders segments that nobody was asked about."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from typing import Any
+
+import numpy as np
+
+from polite.analysis.numbers import as_json
+from polite.analysis.quality import pair_accuracy, rank_correlation, saturation, step_correlation
+from polite.methods.preference_learning import Learned, MakeEnv
+from polite.policies.policy import GaussianPolicy
+from polite.rewards.network import RewardNet, predict
+from polite.rollouts import collect
+from polite.samplers import uniform_pairs
+from polite.segments import cut_segments
+from polite.types import SegmentPool
+
+SEGMENTS, LENGTH, PAIRS = 200, 50, 1000
+"""Fresh segments, steps of each, and pairs of them."""
+HELD_OUT_SEED = 2_000_000
+"""Added to the run's seed, so that nothing here touches or repeats what the training draws."""
+ENVS = 10
+"""Envs that roll the policy out side by side."""
+
+
+def held_out_quality(make_env: MakeEnv, learned: Learned, seed: int) -> dict[str, Any] | None:
+    """On segments of the policy at the last session, and of the finished one.
+
+    Args:
+        make_env: makes the envs.
+        learned: the training's outcome.
+        seed: the run's.
+
+    Returns:
+        `early` and `late`; None if the true reward paid.
+    """
+    if learned.reward is None or learned.session_policy is None:
+        return None
+    policies = {"early": learned.session_policy, "late": learned.policy}
+    return {
+        name: _quality(make_env, policy, learned.reward, [seed + HELD_OUT_SEED, number])
+        for number, (name, policy) in enumerate(policies.items())
+    }
+
+
+def _quality(
+    make_env: MakeEnv, policy: GaussianPolicy, net: RewardNet, seed: list[int]
+) -> dict[str, float | None]:
+    rng = np.random.default_rng(seed)
+    pool = _fresh_segments(make_env, policy, rng)
+    rewards = predict(net, pool.observations, pool.actions).astype(np.float64)
+    returns = np.where(pool.mask, rewards, 0.0).sum(axis=1)
+    pairs = np.array([(q.first, q.second) for q in uniform_pairs(PAIRS, rng, pool)])
+    learned, true = rewards[pool.mask], pool.rewards[pool.mask]
+    numbers = {
+        "pair_accuracy": pair_accuracy(returns, pool.returns, pairs),
+        "pearson": step_correlation(learned, true),
+        "spearman": rank_correlation(learned, true),
+        "saturation": saturation(learned),
+    }
+    return {name: as_json(value) for name, value in numbers.items()}
+
+
+def _fresh_segments(
+    make_env: MakeEnv, policy: GaussianPolicy, rng: np.random.Generator
+) -> SegmentPool:
+    """Roll the policy out as it trains, its actions drawn, and cut segments."""
+    with closing(make_env(ENVS, 0)) as env:
+        trajectories = collect(
+            env.vector_env,
+            lambda observations: policy.sample(observations, rng),
+            SEGMENTS * LENGTH // ENVS,
+            int(rng.integers(2**31)),
+        )
+    return cut_segments(trajectories, LENGTH, SEGMENTS, rng)

@@ -1,0 +1,106 @@
+"""One run of the grid, from its description to its record."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import socialnav_env  # noqa: F401 (registers the corridor)
+from polite.experiments.benchmark.grid import WITH_HIGHLIGHTS, Run
+from polite.experiments.benchmark.held_out import held_out_quality
+from polite.experiments.benchmark.live import Live
+from polite.experiments.benchmark.record import (
+    Record,
+    answers_part,
+    curve_of,
+    final_return,
+    highlighted_reward,
+)
+from polite.experiments.benchmark.settings import env_maker, learning_config
+from polite.experiments.judge import judge
+from polite.experiments.workers import one_torch_thread
+from polite.files import one_line
+from polite.methods.preference_learning import Learned, MakeEnv, learn
+from polite.policies.policy import save_policy
+from polite.rewards.network import save_reward_model
+
+EPISODES = 20
+"""On which the finished policy is judged."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What comes back of a run, from whichever machine it was on."""
+
+    record: Record | None
+    """None if it failed."""
+    models: dict[str, bytes]
+    """File names and their content."""
+    seconds: dict[str, float]
+    """By part, with `total` and, of it, the processor's `cpu`."""
+    failure: str | None = None
+    """Why it failed, in one line."""
+    details: str = ""
+    """The traceback."""
+
+
+def carry_out(run: Run, folder: Path) -> Outcome:
+    """Train, judge and describe; an error becomes part of the outcome.
+
+    Args:
+        run: what to do.
+        folder: the grid's, where the run says how far it is.
+    """
+    live = Live(folder, run)
+    cpu = time.process_time()
+    record, models, failure, details = None, dict[str, bytes](), None, ""
+    try:
+        with one_torch_thread():
+            record, models = _carry_out(run, folder, live)
+    except Exception as error:  # other runs go on, whatever happened to this one
+        failure, details = one_line(error), traceback.format_exc()
+    live.report("done", 1.0)
+    seconds = live.parts | {"total": live.seconds, "cpu": time.process_time() - cpu}
+    return Outcome(record, models, seconds, failure, details)
+
+
+def _carry_out(run: Run, folder: Path, live: Live) -> tuple[Record, dict[str, bytes]]:
+    live.report("beginning", 0.0)
+    config, preset = learning_config(run)
+    make_env = env_maker(run, preset)
+    learned = learn(make_env, preset.make_teacher, config, run.seed, live.report, live.follow)
+    return _describe(run, learned, make_env, live), _models(learned)
+
+
+def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Record:
+    """The record of a finished training."""
+    live.report("judging the policy", 1.0)
+    evaluation = judge(make_env, learned.policy, EPISODES, run.seed)
+    live.report("judging the reward", 1.0)
+    quality = held_out_quality(make_env, learned, run.seed)
+    if quality is not None:
+        feedback = learned.feedback if run.method in WITH_HIGHLIGHTS else None
+        quality["highlighted_reward"] = highlighted_reward(feedback) if feedback else None
+    return {
+        "run": run.as_dict(),
+        "curve": curve_of(learned.episodes, learned.policy_steps),
+        "final_return": final_return(learned.episodes, learned.policy_steps),
+        "evaluation": evaluation,
+        "answers": answers_part(learned.feedback),
+        "quality": quality,
+        "policy_steps": learned.policy_steps,
+        "collection_steps": learned.collection_steps,
+        "sessions": learned.sessions,
+    }
+
+
+def _models(learned: Learned) -> dict[str, bytes]:
+    """The models' files, which are small enough to be sent."""
+    with TemporaryDirectory() as folder:
+        save_policy(Path(folder) / "policy.pt", learned.policy)
+        if learned.reward is not None:
+            save_reward_model(Path(folder) / "reward.pt", learned.reward)
+        return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}

@@ -1,0 +1,128 @@
+"""How far a grid is, read from its folder: works from within and beside a running grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from polite.experiments.benchmark.grid import Run
+from polite.experiments.benchmark.live import read_live
+from polite.experiments.benchmark.record import record_path
+from polite.experiments.workers import cores
+from polite.files import read_json_object
+from polite.types import PoliteError
+
+
+@dataclass(frozen=True)
+class Running:
+    """A run that is being done."""
+
+    run: Run
+    """Which."""
+    says: str
+    """What it does."""
+    share: float
+    """How much of its training is done, in [0, 1]."""
+    seconds: float
+    """Since it was begun."""
+    last_return: float | None
+    """True return of its last finished episodes."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a grid is."""
+
+    total: int
+    """Runs asked for."""
+    done: int
+    """Of them, those that have a record."""
+    failed: tuple[Run, ...]
+    """Those that were tried and have none."""
+    running: tuple[Running, ...]
+    """Those that are being done."""
+    left: int
+    """Those that wait for their turn."""
+    seconds_left: float | None
+    """Until all are done; None as long as no run has been finished."""
+
+
+def times_path(folder: Path, run: Run) -> Path:
+    """Where the seconds are kept that a run took."""
+    return folder / "times" / f"{run.name}.json"
+
+
+def failure_path(folder: Path, run: Run) -> Path:
+    """Where it says why a run failed."""
+    return folder / "failed" / f"{run.name}.txt"
+
+
+def standing(folder: Path, runs: Sequence[Run]) -> Standing:
+    """Read how far the runs are.
+
+    Args:
+        folder: the grid's.
+        runs: those asked for.
+    """
+    open_runs = [run for run in runs if not record_path(folder, run).exists()]
+    failed = tuple(run for run in open_runs if failure_path(folder, run).exists())
+    told = {run: read_live(folder, run) for run in open_runs if run not in failed}
+    running = tuple(_running(run, content) for run, content in told.items() if content)
+    waiting = [run for run, content in told.items() if not content]
+    return Standing(
+        total=len(runs),
+        done=len(runs) - len(open_runs),
+        failed=failed,
+        running=running,
+        left=len(waiting),
+        seconds_left=_seconds_left(_seconds_taken(folder, runs), running, waiting),
+    )
+
+
+def _running(run: Run, content: dict[str, Any]) -> Running:
+    returns = content["curve"]["return"]
+    return Running(
+        run=run,
+        says=content["says"],
+        share=content["share"],
+        seconds=content["seconds"],
+        last_return=returns[-1] if returns else None,
+    )
+
+
+def _seconds_taken(folder: Path, runs: Iterable[Run]) -> dict[Run, float]:
+    """Of the finished runs."""
+    taken = {}
+    for run in runs:
+        try:
+            taken[run] = float(read_json_object(times_path(folder, run), "ignore it")["total"])
+        except (PoliteError, KeyError):
+            continue
+    return taken
+
+
+def _seconds_left(
+    taken: dict[Run, float], running: Sequence[Running], waiting: Sequence[Run]
+) -> float | None:
+    """From what runs of the same cell took; else of the same method and env; else of any."""
+    if not taken:
+        return None
+    cells: dict[object, list[float]] = {}
+    for run, seconds in taken.items():
+        for key in _keys(run):
+            cells.setdefault(key, []).append(seconds)
+
+    def expected(run: Run) -> float:
+        known = next(cells[key] for key in _keys(run) if key in cells)
+        return sum(known) / len(known)
+
+    work = sum(expected(run) for run in waiting)
+    work += sum(max(0.0, expected(item.run) - item.seconds) for item in running)
+    return work / max(1, len(running) or cores())
+
+
+def _keys(run: Run) -> tuple[object, ...]:
+    """What a run has in common with others, the closest first."""
+    return replace(run, seed=0), (run.method, run.env), run.method, None
