@@ -12,6 +12,7 @@ PRESET ?= fast
 OUT ?= study
 INSTALLED := $(VENV)/.installed
 PUSHT := .venv-pusht
+IMITATION := .venv-imitation
 
 .PHONY: study test check format bench clean
 
@@ -21,7 +22,7 @@ study: $(INSTALLED)
 test: $(INSTALLED)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
-bench: $(INSTALLED) $(PUSHT)/.installed
+bench: $(INSTALLED) $(PUSHT)/.installed $(IMITATION)/.installed
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only
 
 check: $(INSTALLED)
@@ -45,6 +46,13 @@ $(PUSHT)/.installed:
 	$(PUSHT)/bin/python -m pip install --quiet 'gym-pusht==0.1.8' 'pymunk<7'
 	touch $@
 
+# A peer that needs an older Gymnasium, MuJoCo and NumPy; measured with our own PyTorch's version.
+$(IMITATION)/.installed:
+	$(PYTHON) -m venv $(IMITATION)
+	$(IMITATION)/bin/python -m pip install --quiet 'imitation==1.0.1' 'gymnasium[mujoco]==0.29.1' \
+		'mujoco<3' 'numpy<2' 'setuptools<81' "$$(grep '^torch==' constraints.txt)"
+	touch $@
+
 clean:
-	rm -rf $(VENV) $(PUSHT) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(PUSHT) $(IMITATION) $(OUT) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
