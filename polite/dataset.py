@@ -92,7 +92,7 @@ def load_feedback(folder: Path) -> Feedback:
             pool = SegmentPool(**arrays)
         queries = [Query(*pair) for pair in json.loads((folder / QUERIES).read_text("utf-8"))]
         lines = (folder / ANSWERS).read_text("utf-8").splitlines()
-        return Feedback(pool, queries, [_parse_answer(json.loads(line)) for line in lines])
+        return Feedback(pool, queries, [parse_answer(json.loads(line)) for line in lines])
     except (TypeError, KeyError, ValueError) as error:
         raise DatasetError(f"{folder}: not a feedback data set ({error})") from error
 
@@ -117,7 +117,8 @@ def _check_files(folder: Path) -> None:
             )
 
 
-def _parse_answer(record: dict[str, Any]) -> Answer:
+def parse_answer(record: dict[str, Any]) -> Answer:
+    """An answer from its record (`dataclasses.asdict`), as JSON keeps it."""
     highlights = {
         name: None if record[name] is None else Highlight(**record[name])
         for name in ("positive", "negative")

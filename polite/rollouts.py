@@ -58,15 +58,20 @@ def collect(
     return [
         trajectory
         for n in range(env.num_envs)
-        for trajectory in _cut({name: array[n] for name, array in arrays.items()})
+        for trajectory in cut_episodes({name: array[n] for name, array in arrays.items()})
     ]
 
 
 _FIELDS = ("observations", "actions", "rewards", "states", "terminated", "truncated")
 
 
-def _cut(arrays: dict[str, NDArray[Any]]) -> list[Trajectory]:
-    """Cut one env's steps where episodes ended."""
+def cut_episodes(arrays: dict[str, NDArray[Any]]) -> list[Trajectory]:
+    """Cut one env's steps where episodes ended.
+
+    Args:
+        arrays: What `Trajectory` holds, and whether each step `terminated` or `truncated` an
+            episode, (T, ...) each.
+    """
     ended = np.flatnonzero(arrays["terminated"] | arrays["truncated"]) + 1
     bounds = np.unique([0, *ended, len(arrays["rewards"])])
     return [

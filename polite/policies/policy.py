@@ -5,9 +5,11 @@ stable-baselines3's own files are pickles, which can run code when they are load
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Final
 
 import numpy as np
 import torch
@@ -20,32 +22,28 @@ CLIP = 10.0
 """Normalised observations are clipped to this, as by VecNormalize."""
 EPSILON = 1e-8
 """Added to the variance, as by VecNormalize."""
+LOG_STD = (-20.0, 2.0)
+"""The logarithm of a squashed Gaussian's standard deviation is kept in this range, as by SAC."""
 
 
-@dataclass(frozen=True, eq=False)
-class GaussianPolicy:
-    """A diagonal Gaussian over actions, with the mean from a multi-layer perceptron.
+class Policy(ABC):
+    """What every trained policy can do.
 
     Attributes:
+        kind: The name of the class in a file.
+        arrays: Its fields that are arrays, beside the weights.
         weights: (W_1, b_1, ..., W_k, b_k), the last pair without activation.
         activation: "tanh" or "relu".
-        log_std: (v,).
-        mean: (n,) of the observations.
-        variance: (n,) of the observations.
-        low: (v,) actions are clipped to [low, high].
-        high: (v,).
     """
 
+    kind: ClassVar[str]
+    arrays: ClassVar[tuple[str, ...]]
     weights: tuple[NDArray[np.float32], ...]
     activation: str
-    log_std: NDArray[np.float32]
-    mean: NDArray[np.float64]
-    variance: NDArray[np.float64]
-    low: NDArray[np.float32]
-    high: NDArray[np.float32]
 
+    @abstractmethod
     def mean_action(self, observations: NDArray[Any]) -> NDArray[np.float32]:
-        """The most likely actions, clipped.
+        """The most likely actions, within their bounds.
 
         Args:
             observations: (N, n) raw.
@@ -56,7 +54,10 @@ class GaussianPolicy:
         Raises:
             ShapeError: The observations are not those that it was trained on.
         """
-        return np.clip(self._mean(observations), self.low, self.high)
+
+    @abstractmethod
+    def sample(self, observations: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
+        """Actions drawn from the policy; arguments and errors as `mean_action`."""
 
     def predict(
         self,
@@ -83,6 +84,35 @@ class GaussianPolicy:
         actions = self.mean_action(np.atleast_2d(single))
         return (actions[0] if single.ndim == 1 else actions), state
 
+
+@dataclass(frozen=True, eq=False)
+class GaussianPolicy(Policy):
+    """A diagonal Gaussian over actions, with the mean from a multi-layer perceptron.
+
+    Attributes:
+        weights: (W_1, b_1, ..., W_k, b_k), the last pair without activation.
+        activation: "tanh" or "relu".
+        log_std: (v,).
+        mean: (n,) of the observations.
+        variance: (n,) of the observations.
+        low: (v,) actions are clipped to [low, high].
+        high: (v,).
+    """
+
+    kind: ClassVar[str] = "gaussian"
+    arrays: ClassVar[tuple[str, ...]] = ("log_std", "mean", "variance", "low", "high")
+    weights: tuple[NDArray[np.float32], ...]
+    activation: str
+    log_std: NDArray[np.float32]
+    mean: NDArray[np.float64]
+    variance: NDArray[np.float64]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+
+    def mean_action(self, observations: NDArray[Any]) -> NDArray[np.float32]:
+        """The mean of the Gaussian, clipped (see `Policy`)."""
+        return np.clip(self._mean(observations), self.low, self.high)
+
     def sample(self, observations: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
         """Actions drawn from the policy, clipped; arguments and errors as `mean_action`."""
         mean = self._mean(observations)
@@ -91,31 +121,83 @@ class GaussianPolicy:
 
     def _mean(self, observations: NDArray[Any]) -> NDArray[np.float32]:
         """(N, v) means of the Gaussian."""
-        if observations.ndim != 2 or observations.shape[1] != len(self.mean):
-            raise ShapeError(
-                f"observations: the policy expects (N, {len(self.mean)}), got {observations.shape}"
-            )
+        _check_rows(observations, len(self.mean))
         scaled = (observations - self.mean) / np.sqrt(self.variance + EPSILON)
-        hidden = np.clip(scaled, -CLIP, CLIP).astype(np.float32)
-        pairs = list(zip(self.weights[::2], self.weights[1::2], strict=True))
-        for weight, bias in pairs[:-1]:
-            hidden = hidden @ weight.T + bias
-            hidden = np.tanh(hidden) if self.activation == "tanh" else np.maximum(hidden, 0.0)
-        return np.asarray(hidden @ pairs[-1][0].T + pairs[-1][1], dtype=np.float32)
+        return _perceptron(np.clip(scaled, -CLIP, CLIP), self.weights, self.activation)
 
 
-def save_policy(path: Path, policy: GaussianPolicy) -> None:
+@dataclass(frozen=True, eq=False)
+class SquashedGaussianPolicy(Policy):
+    """A diagonal Gaussian whose draws are squashed by tanh and stretched over the actions (SAC's).
+
+    Attributes:
+        weights: (W_1, b_1, ..., W_k, b_k) for raw observations, the last pair without activation;
+            it gives v means and then v logarithms of standard deviations.
+        activation: "tanh" or "relu".
+        low: (v,) actions lie in [low, high].
+        high: (v,).
+    """
+
+    kind: ClassVar[str] = "squashed"
+    arrays: ClassVar[tuple[str, ...]] = ("low", "high")
+    weights: tuple[NDArray[np.float32], ...]
+    activation: str
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+
+    def mean_action(self, observations: NDArray[Any]) -> NDArray[np.float32]:
+        """The squashed mean of the Gaussian (see `Policy`)."""
+        mean, _ = self._gaussian(observations)
+        return self._squash(mean)
+
+    def sample(self, observations: NDArray[Any], rng: np.random.Generator) -> NDArray[np.float32]:
+        """Actions drawn from the policy; arguments and errors as `mean_action`."""
+        mean, log_std = self._gaussian(observations)
+        noise = rng.standard_normal(mean.shape).astype(np.float32)
+        return self._squash(mean + np.exp(log_std) * noise)
+
+    def _gaussian(
+        self, observations: NDArray[Any]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """(N, v) means, and logarithms of standard deviations."""
+        _check_rows(observations, self.weights[0].shape[1])
+        outputs = _perceptron(observations, self.weights, self.activation)
+        mean, log_std = np.split(outputs, 2, axis=1)
+        return mean, np.clip(log_std, *LOG_STD)
+
+    def _squash(self, drawn: NDArray[Any]) -> NDArray[np.float32]:
+        """(N, v) within the bounds."""
+        share = 0.5 * (np.tanh(drawn) + 1.0)
+        return np.asarray(self.low + share * (self.high - self.low), dtype=np.float32)
+
+
+def _check_rows(observations: NDArray[Any], size: int) -> None:
+    if observations.ndim != 2 or observations.shape[1] != size:
+        raise ShapeError(f"observations: the policy expects (N, {size}), got {observations.shape}")
+
+
+def _perceptron(
+    inputs: NDArray[Any], weights: Sequence[NDArray[np.float32]], activation: str
+) -> NDArray[np.float32]:
+    """A multi-layer perceptron without activation at its end, (N, n) -> (N, outputs)."""
+    hidden = inputs.astype(np.float32)
+    pairs = list(zip(weights[::2], weights[1::2], strict=True))
+    for weight, bias in pairs[:-1]:
+        hidden = hidden @ weight.T + bias
+        hidden = np.tanh(hidden) if activation == "tanh" else np.maximum(hidden, 0.0)
+    return np.asarray(hidden @ pairs[-1][0].T + pairs[-1][1], dtype=np.float32)
+
+
+_KINDS: Final[dict[str, Any]] = {c.kind: c for c in (GaussianPolicy, SquashedGaussianPolicy)}
+
+
+def save_policy(path: Path, policy: Policy) -> None:
     """Write a policy to one file, whole or not at all."""
-    content: dict[str, Any] = {
-        "weights": [torch.from_numpy(weight) for weight in policy.weights],
-        "activation": policy.activation,
-    }
-    for name in ("log_std", "mean", "variance", "low", "high"):
-        content[name] = torch.from_numpy(np.array(getattr(policy, name)))
+    content = pack_policy(policy)
     write_atomically(path, lambda temporary: torch.save(content, temporary))
 
 
-def load_policy(path: Path) -> GaussianPolicy:
+def load_policy(path: Path) -> Policy:
     """Read a policy that `save_policy` wrote. Nothing in the file can run code.
 
     Raises:
@@ -124,12 +206,28 @@ def load_policy(path: Path) -> GaussianPolicy:
     if not path.is_file():
         raise PoliteError(f"{path}: no such policy")
     try:
-        content = torch.load(path, weights_only=True)
-        arrays = {
-            name: content[name].numpy() for name in ("log_std", "mean", "variance", "low", "high")
-        }
-        weights = tuple(weight.numpy() for weight in content["weights"])
-        return GaussianPolicy(weights=weights, activation=content["activation"], **arrays)
+        return unpack_policy(torch.load(path, weights_only=True))
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         reason = one_line(error)
         raise PoliteError(f"{path}: expected a policy that polite saved ({reason})") from None
+
+
+def pack_policy(policy: Policy) -> dict[str, Any]:
+    """A policy as tensors and text."""
+    content: dict[str, Any] = {
+        "kind": policy.kind,
+        "weights": [torch.from_numpy(weight) for weight in policy.weights],
+        "activation": policy.activation,
+    }
+    for name in policy.arrays:
+        content[name] = torch.from_numpy(np.array(getattr(policy, name)))
+    return content
+
+
+def unpack_policy(content: dict[str, Any]) -> Policy:
+    """What `pack_policy` was given."""
+    kind = _KINDS[content.get("kind", "gaussian")]  # the first files did not say
+    arrays = {name: content[name].numpy() for name in kind.arrays}
+    weights = tuple(weight.numpy() for weight in content["weights"])
+    policy: Policy = kind(weights=weights, activation=content["activation"], **arrays)
+    return policy

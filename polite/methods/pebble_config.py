@@ -1,0 +1,124 @@
+"""How PEBBLE is set up, and when it asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from polite.methods.config import METHODS, Method, Session
+from polite.policies.sac import SacConfig
+from polite.rewards.network import RewardNetConfig
+from polite.rewards.trainer import RewardTrainingConfig
+from polite.types import InvalidValueError
+
+NET = RewardNetConfig(hidden=(256, 256, 256), dropout=(0.0, 0.0, 0.0))
+"""The net of PEBBLE's reward models."""
+
+
+@dataclass(frozen=True)
+class PebbleSchedule:
+    """What PEBBLE does when; the numbers are B-Pref's where nothing else is said."""
+
+    unsupervised_steps: int = 9_000
+    """Env steps, after the random ones, in which the policy is paid for new states. The teacher is
+    asked for the first time after them."""
+    neighbours: int = 5
+    """k: a state is as new as it is far from its k-th nearest neighbour."""
+    critic_updates: int = 100
+    """Updates right after the first session, with critics that begin anew."""
+    sessions: int = 10
+    """Feedback sessions, if there is time for so many; the queries are spread evenly over them."""
+    interval: int = 20_000
+    """Env steps between two sessions."""
+    segment_length: int = 50
+    """m, steps of a segment."""
+    candidates: int = 10
+    """Pairs for each query, of which the ensemble chooses the ones that it disagrees about most.
+    At the first session chance chooses."""
+    recent_steps: int = 100_000
+    """Segments are cut from the trajectories of about so many last env steps (B-Pref: from the last
+    100 episodes)."""
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            InvalidValueError: naming the valid ranges, if a value is outside.
+        """
+        counts = (
+            self.neighbours,
+            self.sessions,
+            self.interval,
+            self.segment_length,
+            self.candidates,
+            self.recent_steps,
+        )
+        if min(counts) < 1 or min(self.unsupervised_steps, self.critic_updates) < 0:
+            raise InvalidValueError(
+                f"expected unsupervised_steps and critic_updates ≥ 0, all else ≥ 1, got {self}"
+            )
+
+    def plan(self, queries: int, steps: int, first: int) -> list[Session]:
+        """Spread the queries over the sessions that there is time for; empty ones are left out.
+
+        Args:
+            queries: the budget, all of which is spent.
+            steps: env steps of the whole training.
+            first: env steps before the first session, fewer than `steps`.
+        """
+        count = min(self.sessions, 1 + (steps - 1 - first) // self.interval)
+        asked = [-(-k * queries // count) for k in range(count + 1)]  # rounded up
+        return [
+            Session(at=first + k * self.interval, queries=asked[k + 1] - asked[k])
+            for k in range(count)
+            if asked[k + 1] > asked[k]
+        ]
+
+
+@dataclass(frozen=True)
+class PebbleConfig:
+    """How a policy is trained from feedback by PEBBLE."""
+
+    queries: int
+    """The budget; not used by a method that does not ask."""
+    steps: int
+    """SAC's env steps, the random and the unsupervised ones included. No others are needed: the
+    segments are cut from what the policy did."""
+    method: Method = METHODS["preferences"]
+    """What the reward models learn from; or the true reward, for a ceiling under the same SAC."""
+    schedule: PebbleSchedule = field(default_factory=PebbleSchedule)
+    """What happens when."""
+    members: int = 3
+    """Reward models of the ensemble; their mean pays the policy."""
+    net: RewardNetConfig = NET
+    """Shape of each."""
+    training: RewardTrainingConfig = field(
+        default_factory=lambda: RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
+    )
+    """How they are trained at each session, on all answers so far."""
+    sac: SacConfig = field(default_factory=SacConfig)
+    """How the policy is trained."""
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit each other.
+
+        Raises:
+            InvalidValueError: unless there is a step after the first session, a query and two
+                members, where the method asks.
+        """
+        if not (self.method.asks or self.method.true_reward):
+            raise InvalidValueError(f"expected a method that asks, or the true reward, got {self}")
+        needed = self.first_session + 1 if self.method.asks else 1
+        if self.steps < needed:
+            raise InvalidValueError(
+                f"expected steps ≥ {needed}, beyond the random and unsupervised ones, got "
+                f"{self.steps}; train longer, or lower random_steps and unsupervised_steps"
+            )
+        if self.method.asks and (self.queries < 1 or self.members < 2 or self.first_session < 1):
+            raise InvalidValueError(
+                f"expected queries ≥ 1, members ≥ 2 and a step before the first session, got {self}"
+            )
+
+    @property
+    def first_session(self) -> int:
+        """Env steps before the teacher is asked for the first time."""
+        return self.sac.random_steps + self.schedule.unsupervised_steps
