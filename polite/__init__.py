@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from polite.dataset import save_feedback as save_feedback
     from polite.experiments.train import train as train
     from polite.policies.policy import load_policy as load_policy
-    from polite.rewards.network import load_reward_model as load_reward_model
+    from polite.rewards.files import load_reward_model as load_reward_model
     from polite.types import Answer as Answer
     from polite.types import Highlight as Highlight
     from polite.types import PoliteError as PoliteError
@@ -30,7 +30,7 @@ _MODULES = {
     "polite.dataset": ("Feedback", "load_feedback", "save_feedback"),
     "polite.experiments.train": ("train",),
     "polite.policies.policy": ("load_policy",),
-    "polite.rewards.network": ("load_reward_model",),
+    "polite.rewards.files": ("load_reward_model",),
     "polite.types": (
         "Answer",
         "Highlight",

@@ -82,7 +82,8 @@ def segment_loss(
     rewards: Tensor, mask: Tensor, anchors: Tensor, *, length: int, decay: float, sign: int
 ) -> Tensor:
     """The window against its own segment: −Σ log sigmoid(±(L + 1)(Ḡ_j − mean r̂))."""
-    return -logsigmoid(_lead(rewards, mask, anchors, length, decay, sign))[anchors >= 0].sum()
+    losses = -logsigmoid(_lead(rewards, mask, anchors, length, decay, sign))
+    return losses.where(anchors >= 0, 0.0).sum()
 
 
 def margin_loss(
@@ -90,7 +91,7 @@ def margin_loss(
 ) -> Tensor:
     """The window exceeds its own segment by a margin: Σ max(0, 1 − (±(L + 1)(Ḡ_j − mean r̂)))."""
     lead = _lead(rewards, mask, anchors, length, decay, sign)
-    return (MARGIN - lead).clamp(min=0.0)[anchors >= 0].sum()
+    return (MARGIN - lead).clamp(min=0.0).where(anchors >= 0, 0.0).sum()
 
 
 def rival_loss(
@@ -102,11 +103,11 @@ def rival_loss(
     """
     means = (length + 1) * window_means(rewards, length=length, decay=decay)
     ends = anchors.clamp(min=0)
-    rivals, real = means[:, ends].T, mask[:, ends].T.clone()  # (B, B): row i, the others at j_i
-    real.fill_diagonal_(False)
+    others = ~torch.eye(len(anchors), dtype=torch.bool)
+    rivals, real = means[:, ends].T, mask[:, ends].T & others  # (B, B): row i, the others at j_i
     leads = logsigmoid(sign * (_marked(means, ends)[:, None] - rivals)).where(real, 0.0)
     mean = leads.sum(dim=1) / real.sum(dim=1).clamp(min=1)
-    return -mean[anchors >= 0].sum()
+    return -mean.where(anchors >= 0, 0.0).sum()
 
 
 def choice_and_rival_loss(
@@ -124,7 +125,7 @@ def target_loss(
     means = _marked(window_means(rewards, length=length, decay=decay), anchors.clamp(min=0))
     level = ((sign * means + 1) / 2).clamp(1e-6, 1 - 1e-6)
     losses = -(TARGET * level.log() + (1 - TARGET) * (1 - level).log())
-    return losses[anchors >= 0].sum()
+    return losses.where(anchors >= 0, 0.0).sum()
 
 
 HIGHLIGHT_LOSSES: Final[Mapping[str, HighlightLoss]] = {

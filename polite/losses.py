@@ -63,9 +63,10 @@ def released_preference_loss(return_1: Tensor, return_2: Tensor, mu: Tensor) -> 
     """
     _check("return_2", return_2, return_1.shape)
     _check("mu", mu, (*return_1.shape, 2))
-    related = mu.sum(dim=1) > 0
-    log_shares = log_softmax(torch.stack([return_1, return_2], dim=1)[related], dim=0)
-    return -(mu[related] * log_shares).sum()
+    returns = torch.stack([return_1, return_2], dim=1)
+    unrelated = (mu.sum(dim=1) <= 0)[:, None]
+    log_shares = log_softmax(returns.masked_fill(unrelated, torch.finfo(returns.dtype).min), dim=0)
+    return -(mu * log_shares).sum()
 
 
 def highlight_return(rewards: Tensor, anchors: Tensor, *, length: int, decay: float) -> Tensor:

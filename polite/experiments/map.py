@@ -18,7 +18,8 @@ from polite.plots.map_2d import draw_map_2d, shared_limits
 from polite.plots.reward_map import REWARD, draw_profile
 from polite.plots.scene import floor_handles
 from polite.plots.style import STYLE, WIDTH, panel_letters
-from polite.rewards.network import RewardNet, load_reward_model, predict
+from polite.rewards.files import load_reward_model
+from polite.rewards.network import RewardNet, predict
 from polite.types import PoliteError
 from socialnav_env import CorridorConfig
 

@@ -17,7 +17,8 @@ from polite.experiments.runner import Report
 from polite.experiments.study import MODELS, Study, save_arrays
 from polite.experiments.study_world import MapStates, derive, floor_plan
 from polite.rewards.data import stack_feedback
-from polite.rewards.network import RewardNet, predict, save_reward_model
+from polite.rewards.files import save_reward_model
+from polite.rewards.network import RewardNet, predict
 from polite.rewards.trainer import train_reward
 from polite.samplers import uniform_pairs
 from polite.teachers.highlights import shuffle_highlights

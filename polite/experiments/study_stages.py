@@ -23,7 +23,8 @@ from polite.experiments.study_world import (
 )
 from polite.policies.policy import GaussianPolicy, load_policy, save_policy
 from polite.policies.ppo import PpoTrainer
-from polite.rewards.network import load_reward_model, predict
+from polite.rewards.files import load_reward_model
+from polite.rewards.network import predict
 from polite.rollouts import evaluate
 from polite.samplers import uniform_pairs
 from polite.segments import cut_segments

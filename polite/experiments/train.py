@@ -28,7 +28,8 @@ from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
 from polite.policies.policy import save_policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
-from polite.rewards.network import FAST, PAPER, save_reward_model
+from polite.rewards.files import save_reward_model
+from polite.rewards.network import FAST, PAPER
 from polite.types import PoliteError
 
 RESULTS = "results.json"

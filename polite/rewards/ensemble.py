@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -30,6 +30,8 @@ class RewardEnsemble(nn.Module):
 
     mean: Tensor
     std: Tensor
+    level: Tensor
+    scale: Tensor
 
     def __init__(self, members: Sequence[RewardNet]) -> None:
         """Stack networks; their weights are copied, the first one's input statistics serve all.
@@ -47,6 +49,7 @@ class RewardEnsemble(nn.Module):
                 f"expected members of one shape, got {sorted(map(str, shapes))}"
             )
         (self.shape,) = shapes
+        self.observation_size, self.action_size, self.config = self.shape
         states = [member.state_dict() for member in members]
         layers = range(len(members[0].layers))
         self.weights = nn.ParameterList(
@@ -57,6 +60,8 @@ class RewardEnsemble(nn.Module):
         )  # (K, 1, outputs) each
         self.register_buffer("mean", states[0]["mean"].clone())
         self.register_buffer("std", states[0]["std"].clone())
+        self.register_buffer("level", torch.cat([state["level"] for state in states]))  # (K,)
+        self.register_buffer("scale", torch.cat([state["scale"] for state in states]))
 
     def __len__(self) -> int:
         """The number of members K."""
@@ -70,9 +75,10 @@ class RewardEnsemble(nn.Module):
             generator: source of the dropout masks; without one nothing is dropped.
 
         Returns:
-            r̂ in (−1, 1), (K, …).
+            r̂, in (−1, 1) unless the output is linear, (K, …).
         """
-        features = ((inputs - self.mean) / self.std).flatten(1, -2)  # (K, rows, n + v)
+        features = (inputs - self.mean) / self.std
+        features = features.reshape(len(self), -1, inputs.shape[-1])  # (K, rows, n + v)
         *_, config = self.shape
         for weight, bias, probability in zip(
             self.weights, self.biases, (*config.dropout, None), strict=True
@@ -82,16 +88,41 @@ class RewardEnsemble(nn.Module):
                 features = leaky_relu(features, inplace=True)
                 if generator is not None:
                     features = dropout(features, probability, generator)
-        return torch.tanh(features).view(inputs.shape[:-1])
+        if config.output == "tanh":
+            features = torch.tanh(features)
+        return features.view(inputs.shape[:-1])
 
     def score(self, inputs: Tensor) -> Tensor:
         """Score the same raw (s, a), (…, n + v), with every member, (K, …), without dropout."""
         return self(inputs.expand(len(self), *inputs.shape))  # type: ignore[no-any-return]
 
+    def reward(self, inputs: Tensor) -> Tensor:
+        """What is paid: the mean of the members, each normalised by itself, (…, n + v) -> (…)."""
+        rows = (-1, *[1] * (inputs.ndim - 1))
+        normalised = (self.score(inputs) - self.level.view(rows)) / self.scale.view(rows)
+        return normalised.mean(dim=0)
+
+    def standardise(self, pool: SegmentPool) -> None:
+        """Fix the input statistics of all members to those of the pool's real steps.
+
+        Raises:
+            ShapeError: if the pool has other observations or actions than the members.
+        """
+        member = self.member(0)
+        member.standardise(pool)
+        self.mean.copy_(member.mean)
+        self.std.copy_(member.std)
+
     def member(self, index: int) -> RewardNet:
         """A copy of one member as a network of its own."""
         net = RewardNet(*self.shape, torch.Generator())
-        state = {"mean": self.mean, "std": self.std}
+        own = slice(index, index + 1)
+        state = {
+            "mean": self.mean,
+            "std": self.std,
+            "level": self.level[own],
+            "scale": self.scale[own],
+        }
         for i, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             state |= {f"layers.{i}.weight": weight[index].T, f"layers.{i}.bias": bias[index, 0]}
         net.load_state_dict(state)
@@ -103,48 +134,59 @@ def train_ensemble(
     data: PreferenceData,
     config: RewardTrainingConfig,
     generator: torch.Generator,
+    on_epoch: Callable[[int, RewardEnsemble], object] | None = None,
 ) -> None:
-    """Fit all members in place, each on all answers in an order of its own (as PEBBLE does).
+    """Fit all members in place, each on the answers in an order of its own.
 
     Args:
         ensemble: the members.
         data: the answers.
         config: how to train.
-        generator: source of the batch orders and the dropout masks.
+        generator: source of the held-out answers, the members' own answers, the batch orders and
+            the dropout masks.
+        on_epoch: called after each epoch with its number, from 1, and the ensemble.
     """
     data, held_out = split_answers(data, config.validation_share, generator)
     optimiser = make_optimiser(ensemble, config)  # works entry by entry, so members stay apart
     stop = EarlyStop(ensemble, config.stop_accuracy, config.patience)
-    for _ in range(config.epochs):
-        orders = [
-            minibatches(len(data), config.batch_size, generator) for _ in range(len(ensemble))
-        ]
+    member_losses = torch.vmap(lambda rewards, batch: batch_loss(rewards, data, batch, config))
+    answers = _own_answers(len(ensemble), len(data), config.bootstrap, generator)  # (K, Q)
+    for epoch in range(1, config.epochs + 1):
+        orders = [minibatches(len(data), config.batch_size, generator) for _ in answers]
         for batches in zip(*orders, strict=True):
-            chosen = torch.stack(batches)  # (K, B)
+            chosen = answers.gather(1, torch.stack(batches))  # (K, B)
             segments = data.pairs[chosen]  # (K, B, 2)
             rewards = ensemble(data.inputs[segments], generator)  # (K, B, 2, m)
-            losses = [
-                batch_loss(own, data, batch, config)
-                for own, batch in zip(rewards, batches, strict=True)
-            ]
+            losses = member_losses(rewards, chosen)  # (K,)
             optimiser.zero_grad()
-            torch.stack(losses).sum().backward()  # type: ignore[no-untyped-call]
+            losses.sum().backward()
             optimiser.step()
             stop.count(rewards, data.mask[segments], data.mu[chosen])
+        if on_epoch is not None:
+            on_epoch(epoch, ensemble)
         if stop.after_epoch(validation_loss(ensemble.score, held_out, config)):
             break
     stop.keep_best()
 
 
+def _own_answers(
+    members: int, count: int, bootstrap: bool, generator: torch.Generator
+) -> torch.Tensor:
+    """Which answers each member learns from, (K, Q)."""
+    if bootstrap:
+        return torch.randint(count, (members, count), generator=generator)
+    return torch.arange(count).expand(members, -1)
+
+
 def member_probabilities(
-    ensemble: RewardEnsemble, pool: SegmentPool, queries: Sequence[Query]
+    model: RewardNet | RewardEnsemble, pool: SegmentPool, queries: Sequence[Query]
 ) -> Floats64:
     """P[σ₁ ≻ σ₂] (POLITE, Eq. 1) of each query as each member sees it, (K, Q)."""
     inputs = torch.from_numpy(np.concatenate([pool.observations, pool.actions], axis=-1))
     with torch.no_grad():
         rewards = torch.cat(
             [
-                ensemble.score(inputs[rows])
+                model.score(inputs[rows])
                 for rows in torch.split(torch.arange(len(pool)), _SEGMENTS_AT_ONCE)
             ],
             dim=1,

@@ -1,11 +1,11 @@
-"""The reward model r̂_ψ(s, a), and its file."""
+"""The reward model r̂_ψ(s, a)."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from pathlib import Path
+from typing import Literal, Protocol
 
 import numpy as np
 import torch
@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
-from polite.files import write_atomically
 from polite.rewards.dropout import dropout
 from polite.types import (
     Floats32,
     InvalidValueError,
-    PoliteError,
     SegmentPool,
     ShapeError,
     check_finite,
@@ -36,6 +34,9 @@ class RewardNetConfig:
     """Units of each hidden layer."""
     dropout: tuple[float, ...] = (0.2, 0.5, 0.5)
     """Dropout probability after each hidden layer, in [0, 1)."""
+    output: Literal["tanh", "linear"] = "tanh"
+    """tanh keeps r̂ in (−1, 1), without which L₊ of POLITE's Eq. 4 would have no minimum; a linear
+    one cannot saturate."""
 
     def __post_init__(self) -> None:
         """Check the layers.
@@ -47,9 +48,11 @@ class RewardNetConfig:
             len(self.hidden) != len(self.dropout)
             or min(self.hidden, default=0) < 1
             or not all(0 <= p < 1 for p in self.dropout)
+            or self.output not in ("tanh", "linear")
         ):
             raise InvalidValueError(
-                f"expected hidden sizes ≥ 1 and as many dropouts in [0, 1), got {self}"
+                "expected hidden sizes ≥ 1, as many dropouts in [0, 1) and the output 'tanh' or "
+                f"'linear', got {self}"
             )
 
 
@@ -60,14 +63,16 @@ FAST = RewardNetConfig(hidden=(32, 32), dropout=(0.0, 0.0))
 
 
 class RewardNet(nn.Module):
-    """A multi-layer perceptron with leaky ReLUs and an output in (−1, 1).
+    """A multi-layer perceptron with leaky ReLUs.
 
     It takes raw observations and actions and standardises them with statistics that are fixed once
-    (`standardise`). Without a bound on the output, L₊ of POLITE's Eq. 4 would have no minimum.
+    (`standardise`). Its output is what is trained; what it pays (`reward`) can be normalised.
     """
 
     mean: Tensor
     std: Tensor
+    level: Tensor
+    scale: Tensor
 
     def __init__(
         self,
@@ -94,6 +99,8 @@ class RewardNet(nn.Module):
         )
         self.register_buffer("mean", torch.zeros(sizes[0]))
         self.register_buffer("std", torch.ones(sizes[0]))
+        self.register_buffer("level", torch.zeros(1))
+        self.register_buffer("scale", torch.ones(1))
 
     def forward(self, inputs: Tensor, generator: torch.Generator | None = None) -> Tensor:
         """Score raw (s, a).
@@ -103,7 +110,7 @@ class RewardNet(nn.Module):
             generator: source of the dropout masks; without one nothing is dropped.
 
         Returns:
-            r̂ in (−1, 1), (…).
+            r̂, in (−1, 1) unless the output is linear, (…).
         """
         # As rows of a matrix: in-place steps on a view of more axes would be copied when undone.
         features = ((inputs - self.mean) / self.std).reshape(-1, len(self.mean))
@@ -112,7 +119,18 @@ class RewardNet(nn.Module):
             features = leaky_relu(layer(features), inplace=True)
             if generator is not None:
                 features = dropout(features, probability, generator)
-        return torch.tanh(last(features)).reshape(inputs.shape[:-1])
+        rewards = last(features)
+        if self.config.output == "tanh":
+            rewards = torch.tanh(rewards)
+        return rewards.reshape(inputs.shape[:-1])  # type: ignore[no-any-return]
+
+    def score(self, inputs: Tensor) -> Tensor:
+        """Score raw (s, a), (…, n + v), as an ensemble of one, (1, …), without dropout."""
+        return self(inputs)[None]  # type: ignore[no-any-return]
+
+    def reward(self, inputs: Tensor) -> Tensor:
+        """What is paid for raw (s, a): the score, normalised, (…, n + v) -> (…)."""
+        return (self(inputs) - self.level[0]) / self.scale[0]  # type: ignore[no-any-return]
 
     def standardise(self, pool: SegmentPool) -> None:
         """Fix the input statistics to those of the pool's real steps.
@@ -140,8 +158,45 @@ def _linear(fan_in: int, fan_out: int, generator: torch.Generator) -> nn.Linear:
     return layer
 
 
+class RewardModel(Protocol):
+    """What pays a policy: one network, or several of which the mean does."""
+
+    observation_size: int
+    action_size: int
+    level: Tensor
+    """Mean r̂ of each of K members where `normalise` measured it, (K,); 0 before."""
+    scale: Tensor
+    """Its standard deviation there, (K,); 1 before."""
+
+    def score(self, inputs: Tensor) -> Tensor:
+        """Score raw (s, a), (…, n + v), with every member, (K, …), without dropout."""
+
+    def reward(self, inputs: Tensor) -> Tensor:
+        """What is paid for raw (s, a): the members' mean, normalised, (…, n + v) -> (…)."""
+
+
+def normalise(model: RewardModel, pool: SegmentPool) -> None:
+    """Let each member's r̂ have mean 0 and standard deviation 1 over the pool's real steps.
+
+    What is paid changes, what is trained does not (as Christiano et al. 2017: the scale of r̂ means
+    nothing to Eq. 1's differences, but something to the policy's training). A member that scores
+    all steps alike is only centred.
+
+    Args:
+        model: one network or several, changed in place.
+        pool: segments whose real steps count.
+    """
+    inputs = np.concatenate([pool.observations, pool.actions], axis=-1)[pool.mask]
+    with torch.no_grad():
+        chunks = torch.split(torch.from_numpy(inputs), _ROWS_AT_ONCE)
+        rewards = torch.cat([model.score(chunk) for chunk in chunks], dim=1).double()  # (K, steps)
+    spread = rewards.std(dim=1, correction=0)
+    model.level.copy_(rewards.mean(dim=1))
+    model.scale.copy_(torch.where(spread < _CONSTANT, 1.0, spread))
+
+
 def predict(
-    net: RewardNet, observations: NDArray[np.floating], actions: NDArray[np.floating]
+    net: RewardModel, observations: NDArray[np.floating], actions: NDArray[np.floating]
 ) -> Floats32:
     """Score arrays of raw observations and actions, without dropout.
 
@@ -151,7 +206,7 @@ def predict(
         actions: (…, v) with the same leading axes.
 
     Returns:
-        r̂ in (−1, 1), (…) float32.
+        r̂ as it is paid, (…) float32.
 
     Raises:
         ShapeError: if the arrays do not fit the net or each other.
@@ -168,39 +223,5 @@ def predict(
     inputs = np.concatenate([observations, actions], axis=-1, dtype=np.float32, casting="same_kind")
     flat = torch.from_numpy(inputs.reshape(-1, inputs.shape[-1]))
     with torch.no_grad():  # in chunks, so that a million states need no gigabytes
-        rewards = [net(chunk) for chunk in torch.split(flat, _ROWS_AT_ONCE)]
+        rewards = [net.reward(chunk) for chunk in torch.split(flat, _ROWS_AT_ONCE)]
     return np.asarray(torch.cat(rewards).numpy().reshape(rows), dtype=np.float32)
-
-
-def save_reward_model(path: Path, net: RewardNet) -> None:
-    """Write the net's weights, statistics and shape to one file, whole or not at all."""
-    content = {
-        "observation_size": net.observation_size,
-        "action_size": net.action_size,
-        "config": asdict(net.config),
-        "state": net.state_dict(),
-    }
-    write_atomically(path, lambda temporary: torch.save(content, temporary))
-
-
-def load_reward_model(path: Path | str) -> RewardNet:
-    """Read a net that `save_reward_model` wrote. Nothing in the file can run code.
-
-    Raises:
-        PoliteError: naming the file, if it is missing, damaged, or not a reward model.
-    """
-    if not Path(path).is_file():
-        raise PoliteError(f"{path}: no such reward model")
-    try:
-        content = torch.load(path, weights_only=True)
-        net = RewardNet(
-            content["observation_size"],
-            content["action_size"],
-            RewardNetConfig(**content["config"]),
-            torch.Generator(),
-        )
-        net.load_state_dict(content["state"])
-    except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
-        reason = " ".join(str(error).split())[:300]
-        raise PoliteError(f"{path}: expected a reward model that polite saved ({reason})") from None
-    return net

@@ -53,6 +53,9 @@ class RewardTrainingConfig:
     and the weights of its best epoch are kept. 0 holds nothing out."""
     patience: int = 10
     """For how many epochs in a row it may fail to fall."""
+    bootstrap: bool = False
+    """Whether each member of an ensemble learns from answers of its own, as many as there are,
+    drawn with replacement for each training (Christiano et al. 2017), or all from all (PEBBLE)."""
 
     def __post_init__(self) -> None:
         """Check the ranges.

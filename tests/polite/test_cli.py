@@ -10,7 +10,8 @@ import pytest
 import torch
 
 from polite import cli
-from polite.rewards.network import FAST, RewardNet, save_reward_model
+from polite.rewards.files import save_reward_model
+from polite.rewards.network import FAST, RewardNet
 
 MAIN = "from polite.cli import main; main()"
 

@@ -37,7 +37,7 @@ def test_every_public_name_is_there(name: str) -> None:
 
 def test_public_names_are_those_of_their_modules() -> None:
     from polite.losses import preference_loss
-    from polite.rewards.network import load_reward_model
+    from polite.rewards.files import load_reward_model
     from polite.types import Trajectory
 
     assert polite.Trajectory is Trajectory

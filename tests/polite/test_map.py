@@ -7,7 +7,8 @@ from PIL import Image
 from polite.experiments.map import draw_map, map_figure
 from polite.experiments.study_config import StudyConfig
 from polite.experiments.study_world import FLOOR_X, FLOOR_Z, floor_plan, scene_of
-from polite.rewards.network import FAST, RewardNet, save_reward_model
+from polite.rewards.files import save_reward_model
+from polite.rewards.network import FAST, RewardNet
 from polite.types import PoliteError
 from socialnav_env import CorridorConfig
 

@@ -1,11 +1,16 @@
+from collections import Counter
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
+from polite.highlight_losses import HIGHLIGHT_LOSSES
+from polite.rewards import trainer
 from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, member_probabilities, train_ensemble
-from polite.rewards.network import FAST, PAPER, RewardNet, RewardNetConfig, predict
-from polite.rewards.trainer import RewardTrainingConfig, train_reward
+from polite.rewards.network import FAST, PAPER, RewardNet, RewardNetConfig, normalise, predict
+from polite.rewards.trainer import RewardTrainingConfig, minibatches, train_reward
 from polite.samplers import disagreement_pairs, uniform_pairs
 from polite.teachers.oracle import Oracle
 from polite.types import InvalidValueError, SegmentPool
@@ -77,6 +82,91 @@ def test_training_an_ensemble_of_one_is_training_its_member():
         predict(net, POOL.observations, POOL.actions),
         atol=1e-4,
     )
+
+
+@pytest.mark.parametrize("form", ["pairwise", "released"])
+@pytest.mark.parametrize("highlights", HIGHLIGHT_LOSSES)
+def test_training_an_ensemble_is_training_its_members_on_their_batches(
+    monkeypatch, form, highlights
+):
+    config = replace(CONFIG, epochs=4, preference=form, highlights=highlights)
+    nets = make_nets()
+    ensemble = RewardEnsemble(nets)
+    train_ensemble(ensemble, DATA, config, generator(5))
+    source = generator(5)
+    orders = [
+        [list(minibatches(len(DATA), config.batch_size, source)) for _ in nets]
+        for _ in range(config.epochs)
+    ]
+    for number, net in enumerate(nets):
+        own = iter([epoch[number] for epoch in orders])
+        monkeypatch.setattr(trainer, "minibatches", lambda *_, own=own: next(own))
+        train_reward(net, DATA, config, generator())
+        np.testing.assert_allclose(
+            predict(ensemble.member(number), POOL.observations, POOL.actions),
+            predict(net, POOL.observations, POOL.actions),
+            atol=2e-3,
+        )
+
+
+def test_bootstrapped_members_learn_from_answers_of_their_own(monkeypatch):
+    seen = [Counter() for _ in range(3)]
+    config = replace(CONFIG, epochs=1, bootstrap=True)
+    monkeypatch.setattr(torch, "vmap", lambda f: lambda *rows: _one_by_one(f, seen, *rows))
+    train_ensemble(RewardEnsemble(make_nets()), DATA, config, generator())
+    assert all(sum(counts.values()) == len(DATA) for counts in seen)
+    for counts in seen:  # 1 − 1/e of the answers are drawn at all
+        assert 0.5 < len(counts) / len(DATA) < 0.75
+    assert seen[0] != seen[1] != seen[2]
+
+
+def _one_by_one(function, seen, rewards, batches):
+    for counts, batch in zip(seen, batches.tolist(), strict=True):
+        counts.update(batch)
+    return torch.stack([function(*row) for row in zip(rewards, batches, strict=True)])
+
+
+def test_after_each_epoch_the_ensemble_is_shown():
+    seen = []
+    config = replace(CONFIG, epochs=3)
+    ensemble = RewardEnsemble(make_nets())
+    train_ensemble(ensemble, DATA, config, generator(), lambda *shown: seen.append(shown))
+    assert seen == [(1, ensemble), (2, ensemble), (3, ensemble)]
+
+
+def test_what_is_paid_is_the_mean_of_the_members():
+    nets = make_nets()
+    paid = predict(RewardEnsemble(nets), POOL.observations, POOL.actions)
+    each = [predict(net, POOL.observations, POOL.actions) for net in nets]
+    np.testing.assert_allclose(paid, np.mean(each, axis=0), atol=1e-6)
+    one = RewardEnsemble(nets).reward(torch.zeros(5))
+    assert one.shape == nets[0].reward(torch.zeros(5)).shape == ()
+
+
+@pytest.mark.parametrize("output", ["tanh", "linear"])
+def test_each_member_is_normalised_by_itself(output):
+    nets = make_nets(config=RewardNetConfig((16,), (0.0,), output))
+    ensemble = RewardEnsemble(nets)
+    normalise(ensemble, POOL)
+    for index, net in enumerate(nets):
+        normalise(net, POOL)
+        for name in ("level", "scale"):
+            torch.testing.assert_close(getattr(ensemble, name)[index], getattr(net, name)[0])
+        np.testing.assert_allclose(
+            predict(ensemble.member(index), POOL.observations, POOL.actions),
+            predict(net, POOL.observations, POOL.actions),
+            atol=1e-4,
+        )
+    again = RewardEnsemble([ensemble.member(index) for index in range(3)])
+    torch.testing.assert_close(again.level, ensemble.level)
+
+
+def test_standardising_an_ensemble_is_standardising_its_members():
+    nets = [RewardNet(3, 2, FAST, generator()) for _ in range(2)]
+    ensemble = RewardEnsemble(nets)
+    ensemble.standardise(POOL)
+    nets[0].standardise(POOL)
+    assert torch.equal(ensemble.mean, nets[0].mean) and torch.equal(ensemble.std, nets[0].std)
 
 
 def test_members_learn_independently_and_all_learn():

@@ -17,7 +17,7 @@ from polite.methods.presets import PRESETS, EnvPreset
 from polite.policies.policy import load_policy
 from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import GymnasiumVecEnv
-from polite.rewards.network import load_reward_model
+from polite.rewards.files import load_reward_model
 from polite.types import PoliteError
 
 register()

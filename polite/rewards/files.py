@@ -1,0 +1,55 @@
+"""A reward model's file: one network or an ensemble."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from polite.files import one_line, write_atomically
+from polite.rewards.ensemble import RewardEnsemble
+from polite.rewards.network import RewardNet, RewardNetConfig
+from polite.types import PoliteError
+
+_UNNORMALISED = {"level": torch.zeros(1), "scale": torch.ones(1)}  # the first files do not say
+
+
+def save_reward_model(path: Path, model: RewardNet | RewardEnsemble) -> None:
+    """Write a model's weights, statistics and shape to one file, whole or not at all."""
+    content: dict[str, Any] = {
+        "observation_size": model.observation_size,
+        "action_size": model.action_size,
+        "config": asdict(model.config),
+    }
+    if isinstance(model, RewardEnsemble):
+        content["members"] = [model.member(k).state_dict() for k in range(len(model))]
+    else:
+        content["state"] = model.state_dict()
+    write_atomically(path, lambda temporary: torch.save(content, temporary))
+
+
+def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
+    """Read a model that `save_reward_model` wrote. Nothing in the file can run code.
+
+    Raises:
+        PoliteError: naming the file, if it is missing, damaged, or not a reward model.
+    """
+    if not Path(path).is_file():
+        raise PoliteError(f"{path}: no such reward model")
+    try:
+        content = torch.load(path, weights_only=True)
+        if "members" in content:
+            return RewardEnsemble([_network(content, state) for state in content["members"]])
+        return _network(content, content["state"])
+    except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
+        reason = one_line(error)
+        raise PoliteError(f"{path}: expected a reward model that polite saved ({reason})") from None
+
+
+def _network(content: dict[str, Any], state: dict[str, Any]) -> RewardNet:
+    config = RewardNetConfig(**content["config"])
+    net = RewardNet(content["observation_size"], content["action_size"], config, torch.Generator())
+    net.load_state_dict(_UNNORMALISED | state)
+    return net
