@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from polite.methods.preference_learning import MakeEnv
-from polite.policies.policy import GaussianPolicy
+from polite.policies.policy import Policy
 from polite.rollouts import evaluate
 
 EVALUATION_SEED = 1_000_000
@@ -22,7 +22,7 @@ RATES = {
 """What an env may tell of an episode -> the share of episodes in which it is above 0."""
 
 
-def judge(make_env: MakeEnv, policy: GaussianPolicy, episodes: int, seed: int) -> dict[str, Any]:
+def judge(make_env: MakeEnv, policy: Policy, episodes: int, seed: int) -> dict[str, Any]:
     """The policy's most likely actions over whole episodes, under the true reward.
 
     Args:

@@ -19,7 +19,7 @@ from polite.plots.reward_map import REWARD, draw_profile
 from polite.plots.scene import floor_handles
 from polite.plots.style import STYLE, WIDTH, panel_letters
 from polite.rewards.files import load_reward_model
-from polite.rewards.network import RewardNet, predict
+from polite.rewards.network import RewardModel, predict
 from polite.types import PoliteError
 from socialnav_env import CorridorConfig
 
@@ -79,7 +79,7 @@ def map_figure(states: MapStates, rewards: np.ndarray[Any, np.dtype[np.float64]]
     return figure
 
 
-def _check_fits(model: Path, net: RewardNet, states: MapStates) -> None:
+def _check_fits(model: Path, net: RewardModel, states: MapStates) -> None:
     """Refuse a model of another env.
 
     Raises:

@@ -21,7 +21,7 @@ from polite.experiments.study_world import (
     people_of,
     study_env,
 )
-from polite.policies.policy import GaussianPolicy, load_policy, save_policy
+from polite.policies.policy import Policy, load_policy, save_policy
 from polite.policies.ppo import PpoTrainer
 from polite.rewards.files import load_reward_model
 from polite.rewards.network import predict
@@ -108,7 +108,7 @@ def train_policy(study: Study, name: str, k: int, report: Report) -> dict[str, A
     return {"curve": _curve(trainer.episodes)} | _judge(study, policy)
 
 
-def _judge(study: Study, policy: GaussianPolicy) -> dict[str, Any]:
+def _judge(study: Study, policy: Policy) -> dict[str, Any]:
     """The policy's figures over evaluation episodes, under the true reward.
 
     They end at the end goal, so that the metrics tell of the way there and not of the waiting.
@@ -141,7 +141,7 @@ def _curve(episodes: list[dict[str, float]]) -> dict[str, list[float]]:
     }
 
 
-def _segments(study: Study, policy: GaussianPolicy, purpose: str) -> SegmentPool:
+def _segments(study: Study, policy: Policy, purpose: str) -> SegmentPool:
     """Roll the clip-making policy out and cut segments."""
     config = study.config
     rng = np.random.default_rng(derive(study.seed, purpose))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from polite.experiments.study_config import StudyConfig
 from polite.files import write_atomically
-from polite.policies.policy import GaussianPolicy
+from polite.policies.policy import Policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rollouts import collect
 from polite.types import Trajectory
@@ -148,7 +148,7 @@ class MapStates:
 
 
 def collect_along(
-    config: StudyConfig, policy: GaussianPolicy, rng: np.random.Generator
+    config: StudyConfig, policy: Policy, rng: np.random.Generator
 ) -> list[Trajectory]:
     """Let the clip-making policy, as it trains, walk from places spread along the corridor."""
     trajectories = []
@@ -163,9 +163,7 @@ def collect_along(
     return trajectories
 
 
-def collect_map_states(
-    config: StudyConfig, policy: GaussianPolicy, rng: np.random.Generator
-) -> MapStates:
+def collect_map_states(config: StudyConfig, policy: Policy, rng: np.random.Generator) -> MapStates:
     """Collect states, and keep as many in each metre of z."""
     trajectories = collect_along(config, policy, rng)
     states = np.concatenate([t.states for t in trajectories])
