@@ -20,7 +20,7 @@ Run = Mapping[str, Any]
 NAMES: Final[Mapping[str, str]] = {
     "polite": "POLITE",
     "preferences": "baseline",
-    "highlights": "highlights only",
+    "highlights": "highlights",
     "pebble": "PEBBLE",
     "polite-pebble": "POLITE-PEBBLE",
     "untrained": "untrained reward",
@@ -80,7 +80,8 @@ class Cell:
         """Sorts cells as tables list them."""
         place = list(NAMES).index(self.method) if self.method in NAMES else len(NAMES)
         where = (self.env, self.preset, self.variant, self.loss, place, self.method)
-        return (*where, self.highlights, self.queries, self.steps)
+        form = (self.highlights != PAPER_FORM, self.highlights)
+        return (*where, *form, self.queries, self.steps)
 
 
 class Grid:

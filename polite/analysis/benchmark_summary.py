@@ -49,8 +49,9 @@ def summarise(
             the intervals of its own cell alone.
 
     Returns:
-        `simulated_teacher`, `runs` (counts), `cells`, `aggregates` (over envs), `comparisons`,
-        `queries_to_reach`, `claims` and `missing`, in plain values.
+        `simulated_teacher`, `runs` (counts), `presets` (of each env's main grid), `cells`,
+        `aggregates` (over envs), `comparisons`, `queries_to_reach`, `claims` and `missing`, in
+        plain values.
 
     Raises:
         InvalidValueError: when a run lacks one of its keys.
@@ -61,6 +62,7 @@ def summarise(
     return {
         "simulated_teacher": True,
         "runs": {"finished": finished, "missing": waiting, "plan_known": bool(planned)},
+        "presets": {env: grid.main_preset(env) for env in grid.envs},
         "cells": [cell_part(grid, cell, seed) for cell, runs in grid.runs.items() if runs],
         "aggregates": _aggregates(grid, seed),
         "comparisons": [part for view in _views(grid) for part in _comparisons(view, seed)],
@@ -94,6 +96,7 @@ def _comparisons(view: View, seed: int) -> Iterator[dict[str, Any]]:
             "second": label(*second),
             "steps": view.together(first, second)[1],
             "n": [int(sample.size) for sample in samples],
+            "means": [float(sample.mean()) for sample in samples],
             "difference": welch_difference(*samples).as_json(),
             "ratio": ratio_of_means(*samples).as_json(),
             "improvement": probability_of_improvement([(samples[0], samples[1])], rng).as_json(),

@@ -38,8 +38,7 @@ PEBBLE_400 = ("pebble", 400)
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
 AT_EQUAL_STEPS = (
-    "compared at PEBBLE's number of steps, where the other training, if longer, is read off its "
-    "curve"
+    "at equal policy steps (a longer training is read off its curve where the shorter one ends)"
 )
 
 
@@ -212,7 +211,7 @@ RULES: Final[tuple[Rule, ...]] = (
         "halfcheetah-above-both",
         "POLITE is above the baseline and PEBBLE at equal queries (400)",
         "Fig. 4, no number",
-        f"True return, POLITE-400 minus each; PEBBLE is {AT_EQUAL_STEPS}: {ABOVE_0}",
+        f"True return, POLITE-400 minus each; {AT_EQUAL_STEPS}: {ABOVE_0}",
         (POLITE_400, BASELINE_400, PEBBLE_400),
         _above_both,
         env="HalfCheetah",

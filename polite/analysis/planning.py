@@ -191,8 +191,8 @@ def plan_study(
     _expect(queries >= 1, "queries ≥ 1", queries)
     if agreement is not None:
         queries = queries_for_accuracy(queries, accuracy_from_agreement(agreement))
-    participants = _ceil(queries / queries_per_participant)
     minutes = minutes_each(queries_per_participant, highlights=highlights)
+    participants = _ceil(queries / queries_per_participant)
     inflation = design_effect(queries_per_participant, correlation)
     effective = participants * queries_per_participant / inflation
     needed = None if shares is None else answers_for_shares(*shares, power) * inflation

@@ -46,7 +46,7 @@ def draw_figures(results: Results, folder: Path) -> list[Path]:
         for name, draw in figures(results, folder).items():
             figure = draw(results)
             FigureCanvasAgg(figure)
-            drawn.append(_save(figure, folder / "figures" / name))
+            drawn.append(save_figure(figure, folder / "figures" / name))
     return drawn
 
 
@@ -195,7 +195,7 @@ def strip_figure(results: Results, folder: Path) -> Figure:
     return figure
 
 
-def _save(figure: Figure, stem: Path) -> Path:
+def save_figure(figure: Figure, stem: Path) -> Path:
     """Write STEM.pdf and STEM.png whole; without a date, so that equal numbers give equal files."""
     write_atomically(
         stem.with_suffix(".pdf"),

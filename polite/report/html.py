@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterable, Sequence
 from html import escape
+from importlib import resources
 from pathlib import Path
 
 MIME = {".png": "image/png", ".gif": "image/gif"}
@@ -47,6 +48,28 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> M
 def section(identifier: str, title: str, *children: str) -> Markup:
     """A section of the page with its heading."""
     return element("section", element("h2", title), *children, id=identifier)
+
+
+def figure(path: Path, title: str, caption: str) -> Markup:
+    """A picture with its title and caption, which are also what is read out."""
+    picture = void("img", src=data_uri(path), alt=f"{title}. {caption}", loading="lazy")
+    words = element("figcaption", element("strong", f"{title}. "), caption)
+    return element("figure", picture, words, id=path.stem)
+
+
+def document(title: str, *body: str) -> str:
+    """A whole page as text, with its style in it."""
+    style = resources.files("polite.report").joinpath("style.css").read_text(encoding="utf-8")
+    head = element(
+        "head",
+        void("meta", charset="utf-8"),
+        void("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        void("link", rel="icon", href="data:,"),
+        element("title", title),
+        element("style", Markup(style)),
+    )
+    page = element("html", head, element("body", *body), lang="en")
+    return f"<!DOCTYPE html>\n{page}\n"
 
 
 def data_uri(path: Path) -> str:

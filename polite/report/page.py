@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from polite.report.captions import CAPTIONS
 from polite.report.example import example_clips
 from polite.report.figures import draw_figures
 from polite.report.findings import findings
-from polite.report.html import Markup, data_uri, element, join, section, void
+from polite.report.html import Markup, document, element, figure, join, section
 from polite.types import PoliteError
 
 Results = Mapping[str, Any]
@@ -65,19 +64,9 @@ def read_results(folder: Path) -> dict[str, Any]:
 
 def render(results: Results, folder: Path, pictures: list[Path]) -> str:
     """The whole page as text."""
-    style = resources.files("polite.report").joinpath("style.css").read_text(encoding="utf-8")
-    head = element(
-        "head",
-        void("meta", charset="utf-8"),
-        void("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        void("link", rel="icon", href="data:,"),
-        element("title", TITLE),
-        element("style", Markup(style)),
-    )
     sections = [*_opening(results, folder), *_numbers(results), _closing(results)]
     sections.insert(3, _figures(pictures))
-    body = element("body", _header(results), element("main", *sections))
-    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
+    return document(TITLE, _header(results), element("main", *sections))
 
 
 def _header(results: Results) -> Markup:
@@ -134,14 +123,7 @@ def _run(results: Results) -> Markup:
 
 
 def _figures(pictures: list[Path]) -> Markup:
-    return section("figures", "Figures", *(_figure(path) for path in pictures))
-
-
-def _figure(path: Path) -> Markup:
-    title, caption = CAPTIONS[path.stem]
-    picture = void("img", src=data_uri(path), alt=f"{title}. {caption}", loading="lazy")
-    words = element("figcaption", element("strong", f"{title}. "), caption)
-    return element("figure", picture, words, id=path.stem)
+    return section("figures", "Figures", *(figure(path, *CAPTIONS[path.stem]) for path in pictures))
 
 
 def _numbers(results: Results) -> list[Markup]:

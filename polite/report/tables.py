@@ -50,10 +50,10 @@ def claims_table(claims: list[dict[str, Any]], kind: str, caption: str) -> Marku
     return table(caption, head, rows)
 
 
-def badge(verdict: str) -> Markup:
-    """A verdict with its sign."""
+def badge(verdict: str, words: str = "") -> Markup:
+    """A verdict with its sign, in words of its own if there are any."""
     kind = verdict.replace(" ", "-")
-    return element("span", f"{BADGES[verdict]} {verdict}", class_=f"badge {kind}")
+    return element("span", f"{BADGES[verdict]} {words or verdict}", class_=f"badge {kind}")
 
 
 def measurement(part: Mapping[str, Any]) -> str:

@@ -6,12 +6,12 @@ import itertools
 import json
 import re
 import shutil
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fake_results import fake_results, write_fake_run
+from page_outline import Outline
 
 from polite.analysis.statistics import Estimate
 from polite.files import write_json
@@ -22,32 +22,6 @@ from polite.report.html import Markup, element, table
 from polite.report.page import read_results, write_report
 from polite.report.words import NBSP, estimate, number, over_seeds, p_value, percent
 from polite.types import PoliteError
-
-VOID = {"meta", "link", "img", "rect", "circle"}
-
-
-class Outline(HTMLParser):
-    """Checks that tags are balanced, and keeps every start tag and all text."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text = ""
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
 
 
 @pytest.fixture(scope="module")

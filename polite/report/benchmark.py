@@ -1,0 +1,153 @@
+"""One self-contained page from a benchmark's records or its stored numbers: `report.html`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from polite.analysis.benchmark_summary import summarise
+from polite.files import one_line, write_atomically
+from polite.report.benchmark_figures import draw_benchmark_figures
+from polite.report.benchmark_tables import (
+    benchmark_claims_table,
+    cells_table,
+    comparisons_table,
+    missing_table,
+    reach_table,
+    reward_table,
+)
+from polite.report.benchmark_words import benchmark_findings
+from polite.report.html import Markup, document, element, figure, section
+from polite.types import PoliteError
+
+__all__ = ["summarise", "write_benchmark_report"]
+
+Results = Mapping[str, Any]
+
+TITLE = "POLITE benchmark: highlights, preferences and PEBBLE"
+SIMULATED = "The answers are from a simulated teacher."
+RULES = (
+    "The rules are code that was written before the runs. Reproduced, or holds: the whole 95% "
+    "interval satisfies the bound, for every part of the claim that is judged. Not reproduced, or "
+    "does not hold: for some part the whole interval lies on the other side. Undecided: an "
+    "interval straddles its bound, or runs are missing, which are then named. A dot (·) marks what "
+    "is shown and not judged."
+)
+CAPTIONS: Final[dict[str, tuple[str, str]]] = {
+    "learning_curves": (
+        "Learning curves (Fig. 4)",
+        "True return of training episodes against policy steps, mean ± standard error over runs "
+        "(n: runs of each cell). The learner never sees the true reward, except where it is named. "
+        "PEBBLE's trainings are shorter. Steps spent on collecting clips are not in the axis; the "
+        "table of cells has them.",
+    ),
+    "return_by_queries": (
+        "Final return against queries",
+        "Mean final true return and its 95% t interval over runs, by method, after each method's "
+        "longest training; points are drawn a little aside from their budget so that intervals "
+        "do not overlap. Level lines ask no queries.",
+    ),
+    "cells": (
+        "Every run of every cell",
+        "A dot is a run, the bar the interquartile mean, shaded its 95% bootstrap interval, which "
+        "is too narrow for few runs.",
+    ),
+    "aggregate": (
+        "All envs together",
+        "Interquartile mean of the normalised final return over runs and envs, with its 95% "
+        "bootstrap interval, stratified by env. PEBBLE's score is taken at its own number of "
+        "steps.",
+    ),
+    "improvement": (
+        "Probability of improvement",
+        "Probability that a run of the first cell ends above a run of the second, ties counted "
+        "half, with its 95% bootstrap interval. A mark without a line at 0 or 1: every run of one "
+        "cell lies above every run of the other. PEBBLE against the baseline is drawn with the "
+        "paper's highlights, although neither uses any.",
+    ),
+    "fig4c_ablation": (
+        "Ablation (Fig. 4c)",
+        "Final true return by what the reward model is trained on: mean, 95% t interval and runs. "
+        "Synergy would be a step from preferences to both that is larger than the one from "
+        "untrained to highlights.",
+    ),
+    "quality": (
+        "Quality of the learned reward and the return that it leads to",
+        "A mark is a run. The learned reward is compared with the true one on held-out segments of "
+        "the final policy.",
+    ),
+}
+
+
+def write_benchmark_report(folder: Path, results: Results) -> Path:
+    """Draw the figures of a benchmark and write its page.
+
+    Args:
+        folder: the benchmark's folder; `figures/` and `report.html` are written into it.
+        results: the content of results.json, as `summarise` makes it.
+
+    Returns:
+        The page; it needs no other file and no network.
+
+    Raises:
+        PoliteError: when a key is missing or a value is of another type, or the folder cannot be
+            written into.
+    """
+    again = "was it written by another version? Run `polite benchmark --resume` again"
+    try:
+        page = render(results, draw_benchmark_figures(results, folder))
+    except PoliteError:
+        raise
+    except KeyError as missing:
+        raise PoliteError(
+            f"results.json: expected the key {missing}, found none; {again}"
+        ) from None
+    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
+        raise PoliteError(f"results.json: unexpected value ({one_line(error)}); {again}") from error
+    path = folder / "report.html"
+    write_atomically(path, lambda temporary: temporary.write_text(page, encoding="utf-8"))
+    return path
+
+
+def render(results: Results, pictures: list[Path]) -> str:
+    """The whole page as text."""
+    sections = [
+        section("findings", "What came out", benchmark_findings(results)),
+        section("missing", "What is missing", _missing(results)),
+        section("figures", "Figures", *(figure(path, *CAPTIONS[path.stem]) for path in pictures)),
+        section("claims", "Claims and verdicts", element("p", RULES), *_claims(results)),
+        section("cell-table", "Cells", cells_table(results["cells"])),
+        section("pairs", "Comparisons", comparisons_table(results["comparisons"])),
+        section("reach", "Queries to reach a return", reach_table(results["queries_to_reach"])),
+        section("rewards", "Answers and learned rewards", reward_table(results["cells"])),
+    ]
+    return document(TITLE, _header(), element("main", *sections))
+
+
+def _header() -> Markup:
+    text = (
+        " No human answered a query: an oracle compares the true returns of two clips and marks "
+        "their best and worst moments, with the mistakes that the settings give it."
+    )
+    banner = element("p", element("strong", SIMULATED), text, class_="banner", role="note")
+    paper = element("p", "After Holk, Marta and Leite: POLITE, ICRA 2024.", class_="source")
+    return element("header", element("h1", TITLE), paper, banner)
+
+
+def _missing(results: Results) -> Markup:
+    if results["missing"]:
+        return missing_table(results["missing"])
+    if results["runs"]["plan_known"]:
+        return element("p", "Nothing: every planned run is finished.")
+    return element("p", "The plan of the grid is not known, only its finished runs.")
+
+
+def _claims(results: Results) -> list[Markup]:
+    captions = {
+        "emergent": "Claims of the paper.",
+        "comparison": "Comparisons that the paper lacks, and what we ask of our own form.",
+    }
+    return [
+        benchmark_claims_table(results["claims"], kind, text) for kind, text in captions.items()
+    ]

@@ -1,0 +1,380 @@
+"""Every figure of a benchmark, from the numbers of its results.json."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from polite.analysis.benchmark_records import HIGHLIGHTED, PAIRWISE, PAPER_FORM, UNASKED
+from polite.analysis.claims_benchmark import EQUAL_EFFORT
+from polite.plots.benchmark import (
+    draw_aggregates,
+    draw_cells,
+    draw_learning_curves,
+    draw_returns_by_queries,
+    in_order,
+)
+from polite.plots.benchmark_effects import (
+    BARS,
+    HATCHES,
+    condition_look,
+    draw_ablation,
+    draw_improvement,
+    draw_quality_against_return,
+    pair_name,
+)
+from polite.plots.methods import form_of, look_of
+from polite.plots.style import GREY, STYLE, WIDTH, panel_letters
+from polite.report.figures import save_figure
+
+Results = Mapping[str, Any]
+Cell = Mapping[str, Any]
+Place = tuple[str, str]
+"""A loss and a form of highlights."""
+
+MEASURES: Final = {
+    "pair_accuracy": "pair accuracy",
+    "spearman": "Spearman correlation, step by step",
+    "saturation": "saturation: share of |r̂| > .95",
+}
+
+
+def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
+    """Draw all figures of a benchmark into `folder/figures`, each as a PDF and a PNG of 200 dpi.
+
+    Args:
+        results: the content of results.json.
+        folder: the benchmark's folder.
+
+    Returns:
+        The PNG files, in the order of the report; a figure without anything to show is left out.
+    """
+    drawn = []
+    with rc_context(STYLE):
+        for name, draw in FIGURES.items():
+            figure = draw(results)
+            if figure is not None:
+                FigureCanvasAgg(figure)
+                drawn.append(save_figure(figure, folder / "figures" / name))
+    return drawn
+
+
+def learning_figure(results: Results) -> Figure | None:
+    """Fig. 4: one row an env, one column a loss and form of highlights."""
+    envs, places = list(results["presets"]), _places(results)
+    if not places:
+        return None
+    figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
+    axes = figure.subplots(len(envs), len(places), squeeze=False, sharey="row")
+    shown: list[Cell] = []
+    for row, env in zip(axes, envs, strict=True):
+        for ax, place in zip(row, places, strict=True):
+            cells = [
+                cell
+                for cell in _seen(results, env, place)
+                if cell["method"] != "highlights" and cell["queries"] not in EQUAL_EFFORT.values()
+            ]
+            draw_learning_curves(ax, cells).set_title(f"{env}\n{_short(place)}")
+            shown += cells
+        for ax in row[1:]:
+            ax.set_ylabel("")
+    panel_letters(list(axes.flat))
+    _legend_of(figure, list(axes.flat), _with_counts(in_order(shown)), columns=3)
+    return figure
+
+
+def queries_figure(results: Results) -> Figure | None:
+    """Final return against queries: one row an env, one column a loss."""
+    envs = list(results["presets"])
+    losses = sorted({loss for loss, _ in _places(results)}, key=lambda loss: loss != PAIRWISE)
+    if not losses:
+        return None
+    figure = Figure(figsize=(WIDTH, 0.6 + 2.5 * len(envs)))
+    axes = figure.subplots(len(envs), len(losses), squeeze=False, sharey="row")
+    budgets = [c["queries"] for env in envs for c in _main(results, env) if c["queries"]]
+    for row, env in zip(axes, envs, strict=True):
+        for ax, loss in zip(row, losses, strict=True):
+            ax.set_xlim(min(budgets) / 1.2, max(budgets) * 1.2)
+            cells = [c for c in _main(results, env) if c["loss"] in (None, loss)]
+            draw_returns_by_queries(ax, _full_length(cells)).set_title(f"{env}, {loss} loss")
+        for ax in row[1:]:
+            ax.set_ylabel("")
+    panel_letters(list(axes.flat))
+    _legend_of(figure, list(axes.flat))
+    return figure
+
+
+def cells_figure(results: Results) -> Figure | None:
+    """Interquartile mean and runs of every cell, one panel an env."""
+    envs = list(results["presets"])
+    groups = {env: _groups(results, env) for env in envs}
+    rows = max((sum(len(cells) for _, cells in groups[env]) for env in envs), default=0)
+    if rows == 0:
+        return None
+    figure = Figure(figsize=(WIDTH, 0.9 + 0.2 * rows))
+    axes = list(figure.subplots(1, len(envs), squeeze=False)[0])
+    for ax, env in zip(axes, envs, strict=True):
+        draw_cells(ax, groups[env]).set_title(env)
+    panel_letters(axes)
+    return figure
+
+
+def aggregate_figure(results: Results) -> Figure | None:
+    """Interquartile mean of the normalised scores over envs, for each loss a panel."""
+    parts = [
+        part
+        for part in results["aggregates"]
+        if part["method"] not in UNASKED and part["preset"] in results["presets"].values()
+    ]
+    if not parts:
+        return None
+    names = {part["label"] + form_of(part) for part in parts}
+    figure = Figure(figsize=(0.72 * WIDTH, 0.9 + 0.22 * len(names)))
+    draw_aggregates(figure.subplots(), in_order(parts))
+    if any(part["loss"] != PAIRWISE for part in parts):
+        figure.legend(handles=[_open_mark()], loc="outside lower center")
+    return figure
+
+
+def improvement_figure(results: Results) -> Figure | None:
+    """Probability of improvement of every pair of cells, one panel an env."""
+    envs, places = list(results["presets"]), _places(results)
+    shown = {
+        env: {
+            place_title(place): [
+                part
+                for part in results["comparisons"]
+                if (part["env"], part["preset"], part["variant"])
+                == (env, results["presets"][env], "")
+                and (part["loss"], part["highlights"] or PAPER_FORM) == place
+            ]
+            for place in places
+        }
+        for env in envs
+    }
+    every = [part for parts in shown.values() for some in parts.values() for part in some]
+    pairs = list(dict.fromkeys(pair_name(part) for part in every))
+    if not pairs:
+        return None
+    figure = Figure(figsize=(WIDTH, 1.2 + 0.11 * len(pairs) * max(len(places), 2)))
+    axes = list(figure.subplots(1, len(envs), squeeze=False, sharey=True)[0])
+    for ax, env in zip(axes, envs, strict=True):
+        draw_improvement(ax, shown[env], pairs).set_title(env)
+    panel_letters(axes)
+    looks = [condition_look(k, place_title(place)) for k, place in enumerate(places)]
+    handles = [
+        Line2D([], [], color=look.colour, marker=look.marker, label=look.label) for look in looks
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def ablation_figure(results: Results) -> Figure | None:
+    """Fig. 4c: neither, highlights, preferences, both; one panel an env."""
+    envs = list(results["presets"])
+    queries = _ablation_budget(results)
+    if queries is None:
+        return None
+    figure = Figure(figsize=(WIDTH, 2.9))
+    axes = list(figure.subplots(1, len(envs), squeeze=False)[0])
+    for ax, env in zip(axes, envs, strict=True):
+        groups = []
+        for place in _places(results):
+            cells = {
+                cell["method"]: cell
+                for cell in _seen(results, env, place)
+                if cell["method"] in HATCHES and cell["queries"] in (0, queries)
+            }
+            groups.append((_short(place).replace(", ", ",\n"), cells))
+        draw_ablation(ax, groups).set_title(f"{env}, {queries} queries")
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    panel_letters(axes)
+    handles = []
+    for method, hatch in HATCHES.items():
+        look = look_of(
+            {"method": method, "highlights": None, "queries": 0, "label": BARS[method]},
+            shaded=False,
+        )
+        colours = {"fc": (look.colour, 0.45), "ec": look.colour}
+        handles.append(Patch(hatch=hatch, label=look.label, **colours))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def quality_figure(results: Results) -> Figure | None:
+    """How the learned reward's quality goes with the final return: a row an env."""
+    envs = list(results["presets"])
+    shown = {env: [c for c in _main(results, env) if c["method"] not in UNASKED] for env in envs}
+    if not any(_has_quality(cell) for cells in shown.values() for cell in cells):
+        return None
+    figure = Figure(figsize=(WIDTH, 0.6 + 2.2 * len(envs)))
+    axes = figure.subplots(len(envs), len(MEASURES), squeeze=False, sharey="row")
+    for row, env in zip(axes, envs, strict=True):
+        for ax, (measure, label) in zip(row, MEASURES.items(), strict=True):
+            draw_quality_against_return(ax, shown[env], measure, label)
+        row[0].set_title(env)
+        row[0].set_ylabel("final true return")
+    panel_letters(list(axes.flat))
+    figure.legend(
+        handles=_quality_handles([cell for cells in shown.values() for cell in cells]),
+        loc="outside lower center",
+        ncols=4,
+    )
+    return figure
+
+
+FIGURES: Final[Mapping[str, Callable[[Results], Figure | None]]] = {
+    "learning_curves": learning_figure,
+    "return_by_queries": queries_figure,
+    "cells": cells_figure,
+    "aggregate": aggregate_figure,
+    "improvement": improvement_figure,
+    "fig4c_ablation": ablation_figure,
+    "quality": quality_figure,
+}
+"""File names and who draws them, in the order of the report."""
+
+
+def place_title(place: Place) -> str:
+    """A loss and a form of highlights in words."""
+    loss, form = place
+    return f"{loss} loss, {'the paper’s' if form == PAPER_FORM else form} highlights"
+
+
+def _short(place: Place) -> str:
+    loss, form = place
+    return f"{loss}, {'paper’s form' if form == PAPER_FORM else f'form “{form}”'}"
+
+
+def _places(results: Results) -> list[Place]:
+    """The losses and forms of highlights of the main grids; the paper's first, pairwise first."""
+    found = {
+        (cell["loss"], cell["highlights"])
+        for env in results["presets"]
+        for cell in _main(results, env)
+        if cell["method"] in ("polite", "highlights")
+    }
+    plain = {cell["loss"] for env in results["presets"] for cell in _main(results, env)}
+    found |= {(loss, PAPER_FORM) for loss in plain - {None} - {loss for loss, _ in found}}
+    return sorted(found, key=lambda place: (place[1] != PAPER_FORM, place[0] != PAIRWISE, place))
+
+
+def _main(results: Results, env: str) -> list[Cell]:
+    """The cells of an env's main grid, without controls."""
+    here = (env, results["presets"][env], "")
+    return [c for c in results["cells"] if (c["env"], c["preset"], c["variant"]) == here]
+
+
+def _seen(results: Results, env: str, place: Place) -> list[Cell]:
+    """The cells that belong to a loss and form; PEBBLE and what asks nothing belong to all."""
+    loss, form = place
+    return [
+        cell
+        for cell in _main(results, env)
+        if (cell["loss"] in (None, loss) or cell["method"] == "pebble")
+        and (cell["method"] not in HIGHLIGHTED or cell["highlights"] == form)
+    ]
+
+
+def _full_length(cells: Sequence[Cell]) -> list[Cell]:
+    """Each method's longest training only; PEBBLE's is shorter than PPO's and says so."""
+    longest: dict[str, int] = {}
+    for cell in cells:
+        longest[cell["method"]] = max(cell["steps"], longest.get(cell["method"], 0))
+    return [cell for cell in cells if cell["steps"] == longest[cell["method"]]]
+
+
+def _groups(results: Results, env: str) -> list[tuple[str, list[Cell]]]:
+    """All cells of an env, parted by what they may be compared within."""
+    groups: dict[str, list[Cell]] = {}
+    main = results["presets"][env]
+    for cell in results["cells"]:
+        if cell["env"] != env:
+            continue
+        control = [] if cell["preset"] == main else [f"preset {cell['preset']}"]
+        control += [cell["variant"]] if cell["variant"] else []
+        title = ", ".join([f"{cell['loss']} loss" if cell["loss"] else "no queries", *control])
+        groups.setdefault(title, []).append(cell)
+    titles = sorted(groups, key=lambda title: ("," in title, title))
+    return [(title, in_order(groups[title])) for title in titles]
+
+
+def _ablation_budget(results: Results) -> int | None:
+    budgets = {cell["queries"] for cell in results["cells"] if cell["method"] == "highlights"}
+    if not budgets:
+        return None
+    return 400 if 400 in budgets else int(max(budgets))
+
+
+def _has_quality(cell: Cell) -> bool:
+    late = (run["quality"]["late"] for run in cell["runs"])
+    return any(value is not None for stage in late for value in stage.values())
+
+
+def _legend_of(
+    figure: Figure,
+    axes: Sequence[Axes],
+    counts: Mapping[str, str] | None = None,
+    columns: int = 4,
+) -> None:
+    """One legend beneath the figure of all that any of its panels shows, with numbers of runs.
+
+    Args:
+        figure: Where to put it.
+        axes: The panels.
+        counts: What to append to a label, in the order of the legend; panels' order without it.
+        columns: Entries in a row.
+    """
+    entries: dict[str, Any] = {}
+    for ax in axes:
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    order = [label for label in counts if label in entries] if counts else list(entries)
+    if order:
+        figure.legend(
+            [entries[label] for label in order],
+            [label + (counts or {}).get(label, "") for label in order],
+            loc="outside lower center",
+            ncols=columns,
+            handlelength=3.4,
+        )
+
+
+def _with_counts(cells: Sequence[Cell]) -> dict[str, str]:
+    """How many runs a cell has, or from how many to how many where panels differ, by its label."""
+    found: dict[str, set[int]] = {}
+    for cell in cells:
+        found.setdefault(cell["label"] + form_of(cell), set()).add(cell["curve"]["n"])
+    texts = {name: sorted(counts) for name, counts in found.items()}
+    return {
+        name: f", n = {counts[0]}" + (f" to {counts[-1]}" if len(counts) > 1 else "")
+        for name, counts in texts.items()
+    }
+
+
+def _quality_handles(cells: Sequence[Cell]) -> list[Line2D]:
+    handles: dict[str, Line2D] = {}
+    for cell in cells:
+        name = cell["label"].rsplit("-", 1)[0] + form_of(cell)
+        look = look_of(cell, shaded=False)
+        handles.setdefault(
+            name, Line2D([], [], color=look.colour, marker=look.marker, ls="none", label=name)
+        )
+    marks = list(handles.values())
+    return (
+        [*marks, _open_mark()] if any(c["loss"] not in (None, PAIRWISE) for c in cells) else marks
+    )
+
+
+def _open_mark() -> Line2D:
+    look: dict[str, Any] = {"marker": "o", "mfc": "white", "mec": GREY, "ls": "none"}
+    return Line2D([], [], label="open: released loss", **look)

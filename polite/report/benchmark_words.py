@@ -1,0 +1,117 @@
+"""What a benchmark found, in sentences that are written from its numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from polite.analysis.benchmark_records import PAPER_FORM, Condition
+from polite.report.html import Markup, element, join
+from polite.report.tables import badge
+from polite.report.words import number, stored
+
+Results = Mapping[str, Any]
+
+HEADLINE = ("POLITE-200", "baseline-800")
+HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
+"""Verdicts on what the paper does not claim."""
+
+
+def benchmark_findings(results: Results) -> Markup:
+    """The headline for each env and condition, our bar, what highlights buy, and the tally."""
+    parts = [
+        element("p", _tally(results)),
+        element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
+        _list(_headlines(results), "No env has two runs of both yet: undecided."),
+        element("h3", "Does our own form of the highlights meet its bar?"),
+        _list(_bars(results), "No run with our own form of the highlights is finished or planned."),
+        element("h3", "What do highlights buy at equal queries?"),
+        _list(_gains(results), "No pair of cells with equal queries is finished."),
+    ]
+    return join(parts)
+
+
+def condition_words(part: Mapping[str, Any]) -> str:
+    """The condition of a claim or comparison in words."""
+    names = (part[name] for name in ("preset", "variant", "loss", "highlights"))
+    return Condition(*names).title
+
+
+def verdict_badge(claim: Mapping[str, Any]) -> Markup:
+    """The verdict of a claim; what is not the paper's own holds or does not hold."""
+    words = HOLDS.get(claim["verdict"], "") if claim["kind"] == "comparison" else ""
+    return badge(claim["verdict"], words)
+
+
+def _tally(results: Results) -> str:
+    paper = [claim for claim in results["claims"] if claim["kind"] == "emergent"]
+    count = Counter(claim["verdict"] for claim in paper)
+    runs = results["runs"]
+    text = f"{_count(runs['finished'], 'run')} finished"
+    if runs["plan_known"]:
+        text += f", {runs['missing']} missing"
+    text += (
+        ". The paper's claims, each judged once for every loss and form of highlights: "
+        f"{count['reproduced']} reproduced, {count['not reproduced']} not, "
+        f"{count['undecided']} undecided."
+    )
+    return text
+
+
+def _headlines(results: Results) -> Iterator[Markup]:
+    for part in results["comparisons"]:
+        if (part["first"], part["second"]) != HEADLINE:
+            continue
+        counts = f"{part['n'][0]} and {_count(part['n'][1], 'run')}"
+        polite, baseline = part["means"]
+        text = (
+            f": POLITE-200 {_relation(part['difference'])} baseline-800, {number(polite)} against "
+            f"{number(baseline)} (difference {stored(part['difference'])}, ratio "
+            f"{stored(part['ratio'])}, {counts})."
+        )
+        where = element("strong", f"{part['env']}, {condition_words(part)}")
+        yield element("li", where, text)
+
+
+def _bars(results: Results) -> Iterator[Markup]:
+    for claim in results["claims"]:
+        if claim["id"].startswith("bar-"):
+            text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
+            first = claim["parts"][0]
+            numbers = f". {first['what']}: {stored(first, 'measured')}."
+            missing = f" Missing: {', '.join(claim['missing'])}." if claim["missing"] else ""
+            yield element("li", verdict_badge(claim), text + numbers + missing)
+
+
+def _gains(results: Results) -> Iterator[Markup]:
+    for part in results["comparisons"]:
+        first, second = (part[name].rsplit("-", 1) for name in ("first", "second"))
+        if (first[0], second[0]) == ("POLITE", "baseline") and first[1:] == second[1:]:
+            text = f"{part['env']}, {condition_words(part)}, {first[1]} queries: POLITE minus "
+            text += f"baseline {stored(part['difference'])}; POLITE {_relation(part['difference'])}"
+            yield element("li", f"{text} it.")
+
+
+def _relation(difference: Mapping[str, Any]) -> str:
+    if difference["low"] is None or difference["high"] is None:
+        return "cannot be compared yet (one run) with"
+    if difference["low"] > 0:
+        return "beats"
+    return "falls short of" if difference["high"] < 0 else "is not told apart from"
+
+
+def _list(points: Iterator[Markup], otherwise: str) -> Markup:
+    found = list(points)
+    return element("ul", *found) if found else element("p", otherwise)
+
+
+def _count(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def form_words(form: str | None) -> str:
+    """A form of highlights in words."""
+    if form is None:
+        return "–"
+    return "the paper's" if form == PAPER_FORM else form

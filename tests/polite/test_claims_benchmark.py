@@ -1,0 +1,266 @@
+"""The benchmark's claims on synthetic records: each rule says yes, no and "cannot tell"."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from synthetic_records import (
+    STEPS,
+    synthetic_grid,
+    synthetic_plan,
+    synthetic_record,
+    synthetic_run,
+)
+
+from polite.analysis.benchmark_records import Grid, cell_of
+from polite.analysis.benchmark_summary import summarise
+from polite.analysis.claims_benchmark import RULES, judge_benchmark
+from polite.analysis.verdicts import above, at_least, between, combine, shown
+from polite.types import InvalidValueError
+
+Records = list[dict[str, Any]]
+
+
+def cells(
+    levels: dict[tuple[str, int], float], seeds: int = 5, spread: float = 10.0, **where: Any
+) -> Records:
+    """Records around a mean for each method and budget, ± spread, the same spread for each."""
+    offsets = spread * np.linspace(-1, 1, seeds) if seeds > 1 else [0.0]
+    return [
+        synthetic_record(synthetic_run(method, queries, seed=k, **where), mean + float(offset))
+        for (method, queries), mean in levels.items()
+        for k, offset in enumerate(offsets)
+    ]
+
+
+def verdict(records: Records, identifier: str) -> dict[str, Any]:
+    found = [claim for claim in judge_benchmark(records) if claim["id"] == identifier]
+    assert len(found) == 1
+    return found[0]
+
+
+P200, P400, B800 = ("polite", 200), ("polite", 400), ("preferences", 800)
+B262, B400, B525 = ("preferences", 262), ("preferences", 400), ("preferences", 525)
+
+
+@pytest.mark.parametrize(
+    ("polite", "expected"),
+    [(900.0, "reproduced"), (600.0, "not reproduced"), (702.0, "undecided")],
+)
+def test_fewer_queries(polite: float, expected: str) -> None:
+    claim = verdict(cells({P200: polite, B800: 700.0}), "walker2d-fewer-queries")
+    assert claim["verdict"] == expected
+    assert claim["measured"] == pytest.approx(polite - 700)
+    assert claim["missing"] == []
+
+
+@pytest.mark.parametrize(
+    ("polite", "expected"),
+    [(1330.0, "reproduced"), (900.0, "not reproduced"), (1900.0, "not reproduced")],
+)
+def test_nearly_double(polite: float, expected: str) -> None:
+    claim = verdict(cells({P400: polite, B800: 700.0}), "walker2d-nearly-double")
+    assert claim["verdict"] == expected
+
+
+def test_nearly_double_is_undecided_across_a_bound_and_below_zero() -> None:
+    wide = cells({P400: 1120.0, B800: 700.0}, spread=100.0)
+    assert verdict(wide, "walker2d-nearly-double")["verdict"] == "undecided"
+    below = verdict(cells({P400: 1120.0, B800: -700.0}), "walker2d-nearly-double")
+    assert (below["verdict"], below["measured"]) == ("undecided", None)
+
+
+@pytest.mark.parametrize(
+    ("polite", "expected"), [(980.0, "reproduced"), (700.0, "not reproduced"), (902.0, "undecided")]
+)
+def test_near_the_baseline_with_fewer_queries(polite: float, expected: str) -> None:
+    records = cells({P200: polite, B800: 1000.0}, env="HalfCheetah-v5")
+    assert verdict(records, "halfcheetah-near")["verdict"] == expected
+
+
+def test_pebble_is_compared_at_its_own_steps() -> None:
+    records = cells({B400: 1000.0, P200: 1000.0})
+    records += cells({("pebble", 400): 700.0}, seeds=3, steps=STEPS // 4)
+    # At a quarter of its training the made-up baseline stands at about 64% of its end.
+    claim = verdict(records, "walker2d-pebble-baseline")
+    assert claim["verdict"] == "reproduced"
+    assert claim["highlights"] is None
+    assert 0 < claim["measured"] < 150
+    assert verdict(records, "walker2d-polite-pebble")["verdict"] == "not reproduced"
+
+
+def test_above_both_fails_when_one_fails() -> None:
+    env = {"env": "HalfCheetah-v5"}
+    records = cells({P400: 1000.0, B400: 900.0, ("pebble", 400): 1100.0}, **env)
+    claim = verdict(records, "halfcheetah-above-both")
+    assert [part["verdict"] for part in claim["parts"]] == ["reproduced", "not reproduced"]
+    assert claim["verdict"] == "not reproduced"
+
+
+def test_faster_convergence_reads_area_and_steps() -> None:
+    claim = verdict(cells({P400: 2000.0, B400: 1000.0}), "H2")
+    assert claim["verdict"] == "reproduced"
+    assert claim["parts"][0]["measured"] > 0 > claim["parts"][1]["measured"]
+    assert verdict(cells({P400: 1000.0, B400: 2000.0}), "H2")["verdict"] == "not reproduced"
+
+
+def test_a_run_that_never_converges_leaves_its_side_open() -> None:
+    slow = cells({P400: 1000.0, B400: 1001.0}, spread=5.0)
+    low = {"steps": [STEPS], "return": [10.0], "episodes": [1]}
+    slow[0] = slow[0] | {"curve": low}  # the first POLITE run
+    steps = verdict(slow, "H2")["parts"][1]
+    assert steps["high"] is None
+    assert steps["low"] is not None
+    assert steps["verdict"] == "undecided"
+    lone = cells({P400: 2000.0, B400: -5.0})
+    assert verdict(lone, "H2")["parts"][1]["verdict"] == "undecided"  # 80% of a loss is no target
+
+
+def test_synergy_is_the_contrast_of_four_cells() -> None:
+    levels = {P400: 1000.0, B400: 500.0, ("highlights", 400): 300.0, ("untrained", 0): 100.0}
+    claim = verdict(cells(levels), "fig4c")
+    assert (claim["verdict"], claim["measured"]) == ("reproduced", pytest.approx(300.0))
+    assert [part["measured"] for part in claim["parts"]] == pytest.approx([300.0, 500.0, 200.0])
+    assert [part["verdict"] for part in claim["parts"][1:]] == ["shown", "shown"]
+    levels[("highlights", 400)] = 900.0
+    assert verdict(cells(levels), "fig4c")["verdict"] == "not reproduced"
+
+
+def test_equal_effort_and_our_bar() -> None:
+    levels = {P200: 800.0, P400: 900.0, B262: 700.0, B525: 950.0, B800: 790.0}
+    records = cells(levels, form="choice")
+    assert verdict(records, "equal-effort-200")["verdict"] == "reproduced"
+    assert verdict(records, "equal-effort-400")["verdict"] == "not reproduced"
+    assert verdict(records, "bar-fewer-queries")["verdict"] == "reproduced"
+    assert verdict(records, "bar-equal-effort")["verdict"] == "reproduced"
+    levels[B800] = 830.0  # clearly above, but POLITE keeps more than 90% of it
+    assert verdict(cells(levels, form="choice"), "bar-fewer-queries")["verdict"] == "not reproduced"
+
+
+def test_our_bar_is_about_our_form_under_the_pairwise_loss_alone() -> None:
+    levels = {P200: 800.0, B262: 700.0, B800: 790.0}
+    for where in ({"form": "paper"}, {"form": "choice", "loss": "released"}):
+        assert not any(c["id"].startswith("bar-") for c in judge_benchmark(cells(levels, **where)))
+
+
+def test_losses_and_forms_are_judged_apart() -> None:
+    records = cells({P200: 900.0, B800: 700.0})
+    records += cells({P200: 600.0, B800: 700.0}, loss="released")
+    records += cells({P200: 1500.0}, form="choice")
+    found = {
+        (claim["loss"], claim["highlights"]): claim["measured"]
+        for claim in judge_benchmark(records)
+        if claim["id"] == "walker2d-fewer-queries"
+    }
+    assert found == {
+        ("pairwise", "paper"): pytest.approx(200),
+        ("released", "paper"): pytest.approx(-100),
+        ("pairwise", "choice"): pytest.approx(800),
+    }
+
+
+def test_a_control_is_judged_only_on_what_it_ran() -> None:
+    records = cells({P200: 900.0, B800: 700.0, B400: 500.0})
+    control = cells({P200: 800.0, B800: 700.0}, seeds=2, preset="paper")
+    control += cells({P200: 650.0, B800: 700.0}, variant="no-termination")
+    claims = judge_benchmark(records + control)
+    assert {c["id"] for c in claims if c["preset"] == "paper"} == {"walker2d-fewer-queries"}
+    plain = next(c for c in claims if c["variant"] == "no-termination")
+    assert (plain["id"], plain["measured"]) == ("walker2d-fewer-queries", pytest.approx(-50))
+
+
+def test_missing_runs_are_named_and_decide_nothing() -> None:
+    records = cells({P200: 900.0}, seeds=1)
+    claim = verdict(records, "walker2d-fewer-queries")
+    assert claim["verdict"] == "undecided"
+    assert claim["missing"] == ["POLITE-200: 1 of 2 runs", "baseline-800: 0 of 2 runs"]
+    planned = [synthetic_run("preferences", 800, seed=k) for k in range(5)]
+    entry = next(
+        c for c in judge_benchmark(records, planned) if c["id"] == "walker2d-fewer-queries"
+    )
+    assert entry["missing"] == ["POLITE-200: 1 of 2 runs", "baseline-800: 0 of 5 runs"]
+
+
+def test_runs_without_a_finished_episode_are_left_out() -> None:
+    records = cells({P200: 900.0, B800: 700.0})
+    records[0] = records[0] | {"final_return": None}
+    claim = verdict(records, "walker2d-fewer-queries")
+    assert claim["measured"] == pytest.approx(200 + 10 / 4)  # without the lowest, 890
+    assert np.isfinite(claim["low"])
+
+
+def test_every_claim_has_its_rule_and_the_keys_of_results() -> None:
+    claims = judge_benchmark(synthetic_grid(3))
+    keys = {"id", "kind", "text", "published", "rule", "verdict", "measured", "low", "high"}
+    keys |= {"unit", "parts", "env", "preset", "variant", "loss", "highlights", "missing"}
+    assert all(set(claim) == keys for claim in claims)
+    names = [
+        tuple(claim[k] for k in ("id", "env", "preset", "loss", "highlights")) for claim in claims
+    ]
+    assert len(names) == len(set(names))
+    assert {claim["id"] for claim in claims} == {rule.id for rule in RULES}
+    json.dumps(claims, allow_nan=False)
+
+
+def test_a_record_of_another_form_is_a_one_line_error() -> None:
+    with pytest.raises(InvalidValueError, match="expected the key 'run'"):
+        judge_benchmark([{"final_return": 1.0}])
+    with pytest.raises(InvalidValueError, match="expected the key 'method'"):
+        cell_of({"env": "Walker2d-v5"})
+
+
+def test_the_later_of_two_records_of_a_run_counts() -> None:
+    run = synthetic_run("preferences", 400)
+    grid = Grid([synthetic_record(run, 1.0), synthetic_record(run, 2.0)])
+    assert grid.finals(cell_of(run)).tolist() == [2.0]
+
+
+def test_verdict_parts() -> None:
+    wide = welch([0.0, 2.0, 4.0])
+    assert at_least("", wide, 0).verdict == "reproduced"
+    assert above("", wide, 0).verdict == "undecided"
+    assert at_least("", wide, 3).verdict == "undecided"
+    assert at_least("", wide, 50).verdict == "not reproduced"
+    assert between("", wide, -50, 50).verdict == "reproduced"
+    assert between("", wide, 40, 50).verdict == "not reproduced"
+    assert between("", wide, 0, 50).verdict == "undecided"
+    assert combine(["reproduced", shown("", wide).verdict]) == "reproduced"
+
+
+def welch(values: list[float]) -> Any:
+    from polite.analysis.statistics import mean_interval
+
+    return mean_interval(np.array(values))
+
+
+FULL, PLAN = synthetic_grid(3), synthetic_plan(3)
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.sets(st.integers(0, len(FULL) - 1), max_size=30), st.booleans())
+def test_no_partial_grid_breaks_the_summary(kept: set[int], known: bool) -> None:
+    records = [FULL[k] for k in sorted(kept)]
+    results = summarise(records, PLAN if known else [])
+    json.dumps(results, allow_nan=False)
+    assert results["runs"]["finished"] == len(records)
+    if known:
+        assert sum(len(part["seeds"]) for part in results["missing"]) == len(FULL) - len(records)
+    for claim in results["claims"]:
+        if claim["verdict"] in ("reproduced", "not reproduced"):
+            assert claim["low"] is not None or claim["high"] is not None
+        short = any(": 0 of" in text or ": 1 of" in text for text in claim["missing"])
+        if short and len(claim["parts"]) == 1:
+            assert claim["verdict"] == "undecided"
+
+
+def test_the_order_of_records_and_a_new_cell_change_no_other_number() -> None:
+    forward, backward = summarise(FULL, PLAN), summarise(FULL[::-1], PLAN[::-1])
+    assert forward == backward
+    extra = synthetic_record(synthetic_run("polite", 50), 1.0)
+    more = summarise([*FULL, extra], PLAN)["cells"]
+    assert [cell for cell in more if cell["queries"] != 50] == forward["cells"]
