@@ -1,11 +1,14 @@
-"""What a method is made of, and when it asks."""
+"""What a method is made of."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple
+from typing import Final
 
+from polite.methods.pairs import NEED_ENSEMBLE, PairSampler, ask_uniformly
+from polite.methods.schedules import Schedule as Schedule
+from polite.methods.schedules import Session as Session
 from polite.policies.ppo import PpoConfig
 from polite.rewards.network import FAST, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
@@ -39,72 +42,6 @@ METHODS: Final[Mapping[str, Method]] = {
 """POLITE, the cells of its ablation (Fig. 4c), and the ceiling."""
 
 
-class Session(NamedTuple):
-    """One time that the teacher is asked."""
-
-    at: int
-    """Policy steps before it."""
-    queries: int
-    """How many are asked."""
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """When the teacher is asked, and about what (the released code's numbers)."""
-
-    sessions: int = 10
-    """Feedback sessions; the queries are spread evenly over them."""
-    interval: float = 0.02
-    """Between two sessions, as a share of all policy steps: 20,000 of 1,000,000. So the tenth is at
-    18%, and the reward stays as it is from then on."""
-    segment_length: int = 50
-    """m, steps of a segment."""
-    segments_per_query: int = 5
-    """New segments of a session for each of its queries."""
-    recent_sessions: int = 5
-    """Pairs are drawn from the segments of this many last sessions."""
-    first_epochs: int = 200
-    """Passes over the answers after the first session."""
-    later_epochs: int = 50
-    """Passes over all answers so far after each later session."""
-
-    def __post_init__(self) -> None:
-        """Check the ranges.
-
-        Raises:
-            InvalidValueError: unless the counts are at least 1 and the last session lies within
-                the training.
-        """
-        counts = (
-            self.sessions,
-            self.segment_length,
-            self.segments_per_query,
-            self.recent_sessions,
-            self.first_epochs,
-            self.later_epochs,
-        )
-        last = (self.sessions - 1) * self.interval
-        if min(counts) < 1 or self.segments_per_query < 2 or not 0 <= last < 1:
-            raise InvalidValueError(
-                "expected counts ≥ 1, segments_per_query ≥ 2 and (sessions − 1) · interval in "
-                f"[0, 1), got {self}"
-            )
-
-    def plan(self, queries: int, steps: int) -> list[Session]:
-        """Spread the queries over the sessions, the first never empty; empty ones are left out.
-
-        Args:
-            queries: the budget.
-            steps: policy steps of the whole training.
-        """
-        asked = [-(-k * queries // self.sessions) for k in range(self.sessions + 1)]  # rounded up
-        return [
-            Session(at=int(k * self.interval * steps), queries=asked[k + 1] - asked[k])
-            for k in range(self.sessions)
-            if asked[k + 1] > asked[k]
-        ]
-
-
 @dataclass(frozen=True)
 class LearningConfig:
     """How a policy is trained from feedback."""
@@ -117,8 +54,16 @@ class LearningConfig:
     """PPO steps. The steps spent on collecting segments come on top."""
     schedule: Schedule = field(default_factory=Schedule)
     """When the teacher is asked."""
+    sampler: PairSampler = ask_uniformly
+    """Which pairs it is asked about, after the first session, which asks about any: the reward
+    model knows nothing then (as in the released code of B-Pref)."""
     net: RewardNetConfig = FAST
     """The reward model."""
+    members: int = 1
+    """How many of them there are; the policy is paid by the mean of several."""
+    normalise: bool = False
+    """Whether what is paid has mean 0 and spread 1 over the segments so far, after each session
+    (`normalise`)."""
     training: RewardTrainingConfig = field(default_factory=RewardTrainingConfig)
     """How it is trained; the schedule sets the epochs."""
     ppo: PpoConfig = field(default_factory=PpoConfig)
@@ -128,9 +73,16 @@ class LearningConfig:
         """Check the budgets.
 
         Raises:
-            InvalidValueError: if there are no steps, or no queries for a method that asks.
+            InvalidValueError: if there are no steps, no reward model, no queries for a method that
+                asks, or one reward model for a sampler that compares several.
         """
         if self.steps < 1:
             raise InvalidValueError(f"expected steps ≥ 1, got {self.steps}")
+        if self.members < 1:
+            raise InvalidValueError(f"expected members ≥ 1, got {self.members}")
+        if self.members == 1 and self.sampler in NEED_ENSEMBLE:
+            raise InvalidValueError(
+                "this sampler asks what reward models disagree about: expected members ≥ 2, got 1"
+            )
         if self.queries < 1 and self.method.asks:
             raise InvalidValueError(f"expected queries ≥ 1, got {self.queries}")

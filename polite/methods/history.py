@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from polite.dataset import Feedback
-from polite.samplers import uniform_pairs
+from polite.methods.pairs import PairRequest
 from polite.types import Answer, Query, SegmentPool
 
 Teacher = Callable[[SegmentPool, Sequence[Query], np.random.Generator], list[Answer]]
 """(segments, pairs of them, source of its mistakes) -> an answer to each pair, in their order."""
+ChoosePairs = Callable[[PairRequest], list[Query]]
+"""What a session needs -> the pairs that it asks about."""
 
 
 class FeedbackHistory:
@@ -33,26 +35,46 @@ class FeedbackHistory:
     @property
     def feedback(self) -> Feedback:
         """Everything so far, ready to be trained on or saved; needs one pool at least."""
-        return Feedback(join_pools(self._pools), list(self._queries), list(self._answers))
+        return Feedback(self.pool, list(self._queries), list(self._answers))
+
+    @property
+    def pool(self) -> SegmentPool:
+        """All segments so far; needs one pool at least."""
+        return join_pools(self._pools)
 
     def add_segments(self, pool: SegmentPool) -> None:
         """Keep a session's new segments."""
         self._pools.append(pool)
 
-    def ask(self, count: int, teacher: Teacher, rng: np.random.Generator) -> None:
-        """Draw pairs uniformly from the recent segments, and keep the teacher's answers.
+    def ask(
+        self,
+        count: int,
+        teacher: Teacher,
+        rng: np.random.Generator,
+        choose: ChoosePairs = PairRequest.draw,
+    ) -> None:
+        """Choose pairs of the recent segments, and keep the teacher's answers.
 
         Args:
             count: queries to ask.
             teacher: answers them.
             rng: source of the pairs and of the teacher's mistakes.
+            choose: the pairs; drawn uniformly if not given.
         """
         recent = join_pools(self._pools[-self._recent_sessions :])
-        pairs = uniform_pairs(count, rng, recent)
-        answers = teacher(recent, pairs, rng)
         before = sum(map(len, self._pools)) - len(recent)
+        pairs = choose(PairRequest(recent, self._asked_since(before), count, rng))
+        answers = teacher(recent, pairs, rng)
         self._answers += [replace(a, query=a.query + len(self._queries)) for a in answers]
         self._queries += [Query(q.first + before, q.second + before) for q in pairs]
+
+    def _asked_since(self, segment: int) -> list[Query]:
+        """Pairs asked about, both of whose segments come from `segment` on, counted from there."""
+        return [
+            Query(query.first - segment, query.second - segment)
+            for query in self._queries
+            if min(query.first, query.second) >= segment
+        ]
 
 
 def join_pools(pools: Sequence[SegmentPool]) -> SegmentPool:

@@ -19,15 +19,18 @@ from numpy.typing import NDArray
 from polite.dataset import Feedback
 from polite.methods.config import LearningConfig, Session
 from polite.methods.history import FeedbackHistory, Teacher
-from polite.policies.policy import GaussianPolicy
+from polite.methods.pairs import ask_uniformly
+from polite.methods.setup import independent_seeds, torch_generator, vector_sizes
+from polite.policies.policy import GaussianPolicy, Policy
 from polite.policies.ppo import PpoTrainer
 from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.data import PreferenceData, stack_feedback
-from polite.rewards.network import RewardNet, predict
-from polite.rewards.trainer import train_reward
+from polite.rewards.ensemble import RewardEnsemble, train_ensemble
+from polite.rewards.network import RewardNet, normalise, predict
+from polite.rewards.trainer import RewardTrainingConfig, train_reward
 from polite.rollouts import collect
 from polite.segments import cut_segments
-from polite.types import Floats32, PoliteError, SegmentPool
+from polite.types import Floats32, SegmentPool
 
 MakeEnv = Callable[[int, int], GymnasiumVecEnv]
 """(count, seed) -> so many envs that step together."""
@@ -43,10 +46,10 @@ Follow = Callable[[Sequence[Mapping[str, float]]], object]
 class Learned:
     """What a training leaves behind."""
 
-    policy: GaussianPolicy
+    policy: Policy
     """The trained policy."""
-    reward: RewardNet | None
-    """The reward model that paid it; None if the true reward did."""
+    reward: RewardNet | RewardEnsemble | None
+    """The reward model that paid it, or several whose mean did; None if the true reward did."""
     feedback: Feedback | None
     """Segments, queries and answers; None if nobody was asked."""
     episodes: list[dict[str, float]]
@@ -57,7 +60,7 @@ class Learned:
     """PPO steps, in whole rollouts."""
     collection_steps: int
     """Env steps spent on collecting segments, beside the policy steps."""
-    session_policy: GaussianPolicy | None = None
+    session_policy: Policy | None = None
     """The policy as it was when segments were collected for the last time; None if never."""
 
 
@@ -105,14 +108,14 @@ class _Learner:
         report: Report,
         follow: Follow,
     ) -> None:
-        env, policy, weights, batches, samples, answers = _seeds(seed, 6)
+        env, policy, weights, batches, samples, answers = independent_seeds(seed, 6)
         self._make_env, self._make_teacher = make_env, make_teacher
         self._config, self._report, self._follow = config, report, follow
         self._env = make_env(config.ppo.num_envs, env)
-        self._net = RewardNet(*_sizes(self._env), config.net, _generator(weights))
+        self._model = _reward_model(self._env, config, torch_generator(weights))
         reward = None if config.method.true_reward else self._score
         self._trainer = PpoTrainer(self._env, config.ppo, policy, config.steps, reward)
-        self._batches = _generator(batches)
+        self._batches = torch_generator(batches)
         self._samples = np.random.default_rng(samples)
         self._answers = np.random.default_rng(answers)
         self._history = FeedbackHistory(config.schedule.recent_sessions)
@@ -124,13 +127,14 @@ class _Learner:
     def run(self) -> Learned:
         """Ask and train by turns, then train the policy to the end."""
         config = self._config
-        for number, session in enumerate(self._sessions(), 1):
+        sessions = self._sessions()
+        for number, session in enumerate(sessions, 1):
             self._train_policy(session.at)
-            self._hold(session, f"session {number} of {config.schedule.sessions}")
+            self._hold(session, f"session {number} of {len(sessions)}")
         self._train_policy(config.steps)
         return Learned(
             policy=self._trainer.policy(),
-            reward=None if config.method.true_reward else self._net,
+            reward=None if config.method.true_reward else self._model,
             feedback=self._history.feedback if config.method.asks else None,
             episodes=self._trainer.episodes,
             sessions=self._held,
@@ -158,12 +162,20 @@ class _Learner:
         self._history.add_segments(pool)
         first = self._teacher is None
         if self._teacher is None:
-            self._net.standardise(pool)
+            self._model.standardise(pool)
             self._teacher = self._make_teacher(pool)
         if self._config.method.asks:
             self._held.append(self._done)
-            self._history.ask(session.queries, self._teacher, self._answers)
+            choose = ask_uniformly if first else self._config.sampler
+            self._history.ask(
+                session.queries,
+                self._teacher,
+                self._answers,
+                lambda request: choose(request, self._model),
+            )
             self._train_reward(name, first=first)
+        if self._config.normalise:
+            normalise(self._model, self._history.pool)
 
     def _collect(self, count: int) -> SegmentPool:
         """Roll the policy out as it trains, its actions drawn, and cut segments."""
@@ -194,12 +206,12 @@ class _Learner:
         data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
         if not method.preferences:
             data = without_preferences(data)
-        train_reward(
-            self._net,
+        train_model(
+            self._model,
             data,
             config,
             self._batches,
-            lambda epoch, _: self._says(f"{name}: reward model, epoch {epoch} of {epochs}"),
+            lambda epoch: self._says(f"{name}: reward model, epoch {epoch} of {epochs}"),
         )
 
     def _train_policy(self, until: int) -> None:
@@ -218,7 +230,7 @@ class _Learner:
 
     def _score(self, observations: NDArray[Any], actions: NDArray[Any]) -> Floats32:
         """The reward model as it is now."""
-        return predict(self._net, observations, actions)
+        return predict(self._model, observations, actions)
 
 
 def without_preferences(data: PreferenceData) -> PreferenceData:
@@ -226,28 +238,30 @@ def without_preferences(data: PreferenceData) -> PreferenceData:
     return replace(data, mu=torch.zeros_like(data.mu))
 
 
-def _sizes(env: GymnasiumVecEnv) -> tuple[int, int]:
-    """How many entries an observation and an action have.
+def train_model(
+    model: RewardNet | RewardEnsemble,
+    data: PreferenceData,
+    config: RewardTrainingConfig,
+    generator: torch.Generator,
+    on_epoch: Callable[[int], object],
+) -> None:
+    """`train_reward`, or `train_ensemble` if there are several; `on_epoch` is told the number."""
+    if isinstance(model, RewardEnsemble):
+        train_ensemble(model, data, config, generator, lambda epoch, _: on_epoch(epoch))
+    else:
+        train_reward(model, data, config, generator, lambda epoch, _: on_epoch(epoch))
 
-    Raises:
-        PoliteError: if one of them is no vector.
-    """
-    for name, space in (("observations", env.observation_space), ("actions", env.action_space)):
-        if space.shape is None or len(space.shape) != 1:
-            raise PoliteError(f"expected {name} that are vectors (Box of one axis), got {space}")
-    return env.observation_space.shape[0], env.action_space.shape[0]  # type: ignore[index]
+
+def _reward_model(
+    env: GymnasiumVecEnv, config: LearningConfig, generator: torch.Generator
+) -> RewardNet | RewardEnsemble:
+    """The first reward model; the first member of several is the one that there is of one."""
+    sizes = vector_sizes(env)
+    nets = [RewardNet(*sizes, config.net, generator) for _ in range(config.members)]
+    return nets[0] if config.members == 1 else RewardEnsemble(nets)
 
 
 def _time_limit(env: GymnasiumVecEnv) -> int | None:
     """Steps after which an episode is cut off, where the env has such a limit."""
     spec = env.vector_env.spec
     return None if spec is None else spec.max_episode_steps
-
-
-def _seeds(seed: int, count: int) -> list[int]:
-    """Independent seeds that follow from one."""
-    return [int(s.generate_state(1)[0] >> 1) for s in np.random.SeedSequence(seed).spawn(count)]
-
-
-def _generator(seed: int) -> torch.Generator:
-    return torch.Generator().manual_seed(seed)

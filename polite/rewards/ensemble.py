@@ -159,7 +159,7 @@ def train_ensemble(
             rewards = ensemble(data.inputs[segments], generator)  # (K, B, 2, m)
             losses = member_losses(rewards, chosen)  # (K,)
             optimiser.zero_grad()
-            losses.sum().backward()
+            losses.sum().backward()  # type: ignore[no-untyped-call]
             optimiser.step()
             stop.count(rewards, data.mask[segments], data.mu[chosen])
         if on_epoch is not None:

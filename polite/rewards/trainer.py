@@ -179,4 +179,5 @@ def validation_loss(
         returns = rewards.where(held_out.mask[held_out.pairs], 0.0).sum(dim=-1)
         members = returns.reshape(-1, *returns.shape[-2:])  # (K, Q, 2)
         loss = _PREFERENCE_LOSSES[config.preference]
-        return sum(loss(*own.T, held_out.mu).item() for own in members) / len(members)
+        losses = [loss(own[:, 0], own[:, 1], held_out.mu).item() for own in members]
+    return sum(losses) / len(losses)

@@ -6,13 +6,16 @@ import torch
 from stub_envs import register
 
 from polite.dataset import Feedback
-from polite.methods.config import METHODS, LearningConfig, Schedule, Session
+from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import FeedbackHistory, join_pools
+from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.preference_learning import learn, without_preferences
 from polite.methods.presets import PRESETS, preset_of, quantile_oracle
+from polite.methods.schedules import Schedule, decaying_rate, up_front
 from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.data import stack_feedback
+from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNetConfig, predict
 from polite.rewards.trainer import RewardTrainingConfig, batch_loss
 from polite.samplers import uniform_pairs
@@ -58,42 +61,22 @@ def make_pool(size, first=0.0, trajectory=0):
     return SegmentPool.stack(segments, 5)
 
 
-# --- the schedule --------------------------------------------------------------------------------
+# --- the settings --------------------------------------------------------------------------------
 
 
-def test_the_paper_schedule() -> None:
-    plan = Schedule().plan(queries=400, steps=1_000_000)
-    assert plan == [Session(at=20_000 * k, queries=40) for k in range(10)]
-
-
-@pytest.mark.parametrize("queries", [1, 3, 10, 23, 999])
-def test_the_budget_is_spent_exactly_and_evenly(queries: int) -> None:
-    plan = Schedule().plan(queries, 50_000)
-    counts = [session.queries for session in plan]
-    assert sum(counts) == queries
-    assert max(counts) - min(counts) <= 1
-    assert plan[0].at == 0  # the first session is never left out
-    assert all(session.at < 0.2 * 50_000 for session in plan)
-
-
-def test_no_queries_no_sessions() -> None:
-    assert Schedule().plan(0, 1000) == []
-
-
-@pytest.mark.parametrize(
-    "change", [{"sessions": 0}, {"interval": 0.2}, {"segments_per_query": 1}, {"interval": -0.1}]
-)
-def test_impossible_schedules_are_refused(change) -> None:
-    with pytest.raises(InvalidValueError, match="expected"):
-        Schedule(**change)
-
-
-@pytest.mark.parametrize("change", [{"queries": 0}, {"steps": 0}])
+@pytest.mark.parametrize("change", [{"queries": 0}, {"steps": 0}, {"members": 0}])
 def test_impossible_budgets_are_refused(change) -> None:
     with pytest.raises(InvalidValueError, match="≥ 1"):
         replace(SMALL, **change)
     if "queries" in change:  # which is nothing to those who do not ask
         replace(SMALL, method=METHODS["ground-truth"], **change)
+
+
+@pytest.mark.parametrize("name", ["disagreement", "disputed-k-centre"])
+def test_one_reward_model_cannot_disagree(name: str) -> None:
+    with pytest.raises(InvalidValueError, match="members ≥ 2"):
+        replace(SMALL, sampler=PAIR_SAMPLERS[name])
+    replace(SMALL, sampler=PAIR_SAMPLERS[name], members=2)
 
 
 # --- the history ---------------------------------------------------------------------------------
@@ -236,6 +219,63 @@ def test_an_env_whose_observations_are_no_vector_is_refused() -> None:
 
     with pytest.raises(PoliteError, match="vectors"):
         learned(env=Matrix())
+
+
+# --- ensembles, samplers, schedules ---------------------------------------------------------------
+
+
+def test_several_reward_models_begin_as_the_one_and_pay_their_mean() -> None:
+    one, several = learned("untrained"), learned("untrained", members=3)
+    assert isinstance(several.reward, RewardEnsemble) and len(several.reward) == 3
+    member = several.reward.member(0)
+    for name, tensor in one.reward.state_dict().items():
+        torch.testing.assert_close(member.state_dict()[name], tensor)
+    assert not torch.equal(several.reward.weights[0][0], several.reward.weights[0][1])
+
+
+def test_several_reward_models_are_all_trained_and_equal_seeds_give_equal_ones() -> None:
+    first, second, untrained = (
+        learned(name, members=2) for name in ("polite", "polite", "untrained")
+    )
+    for index, weight in enumerate(first.reward.weights):
+        assert torch.equal(weight, second.reward.weights[index])
+        for member in range(2):
+            assert not torch.equal(weight[member], untrained.reward.weights[index][member])
+
+
+@pytest.mark.parametrize("name", PAIR_SAMPLERS)
+def test_every_sampler_serves_the_loop(name: str) -> None:
+    uniform = learned(members=2)
+    result = learned(members=2, sampler=PAIR_SAMPLERS[name])
+    assert len(result.feedback.answers) == 8
+    pairs = {frozenset((q.first, q.second)) for q in result.feedback.queries}
+    assert len(pairs) == 8
+    first = [r.feedback.queries[:2] for r in (uniform, result)]
+    assert first[0] == first[1]  # the first session asks about any pairs
+    assert (result.feedback.queries == uniform.feedback.queries) == (name == "uniform")
+
+
+@pytest.mark.parametrize("strategy", [decaying_rate, up_front])
+def test_every_schedule_serves_the_loop(strategy) -> None:
+    schedule = replace(SMALL.schedule, strategy=strategy)
+    result = learned(schedule=schedule)
+    plan = schedule.plan(8, 256)
+    assert len(result.feedback.answers) == sum(session.queries for session in plan) == 8
+    assert len(result.sessions) == len(plan)
+    for held, session in zip(result.sessions, plan, strict=True):
+        assert session.at <= held < session.at + 32  # at the end of a rollout of 2 × 16 steps
+
+
+def test_a_normalised_reward_has_spread_1_over_the_segments_that_were_seen() -> None:
+    for method, members in (("polite", 1), ("polite", 3), ("untrained", 1)):
+        result = learned(method, normalise=True, members=members)
+        assert result.reward.scale.shape == (members,)
+        assert not torch.equal(result.reward.scale, torch.ones(members))
+        if method == "polite" and members == 1:
+            pool = result.feedback.pool
+            paid = predict(result.reward, pool.observations, pool.actions)[pool.mask]
+            assert paid.mean() == pytest.approx(0.0, abs=1e-4)
+            assert paid.std() == pytest.approx(1.0, abs=1e-3)
 
 
 # --- presets -------------------------------------------------------------------------------------

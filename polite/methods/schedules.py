@@ -1,0 +1,118 @@
+"""When the teacher is asked: ways to spread a budget of queries over a training."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil, log1p
+from typing import NamedTuple, TypeAlias
+
+from polite.types import InvalidValueError
+
+UP_FRONT_SHARE = 0.25
+"""Of the budget that a decaying rate asks before the training (Christiano et al. 2017)."""
+HALF_RATE = 2e6
+"""Policy steps after which a decaying rate has fallen to one half (Christiano et al. 2017)."""
+
+
+class Session(NamedTuple):
+    """One time that the teacher is asked."""
+
+    at: int
+    """Policy steps before it."""
+    queries: int
+    """How many are asked."""
+
+
+Strategy: TypeAlias = "Callable[[Schedule, int, int], list[Session]]"
+"""(schedule, queries, steps) -> sessions in order, the first before any step."""
+
+
+def even_sessions(schedule: Schedule, queries: int, steps: int) -> list[Session]:
+    """As many queries in each session, the first never empty: the release of POLITE."""
+    times = [int(k * schedule.interval * steps) for k in range(schedule.sessions)]
+    asked = [-(-k * queries // schedule.sessions) for k in range(schedule.sessions + 1)]
+    return _sessions(times, asked[1:])  # rounded up
+
+
+def decaying_rate(schedule: Schedule, queries: int, steps: int) -> list[Session]:
+    """A quarter up front, then ever fewer until the training ends (Christiano et al. 2017).
+
+    After t steps queries are due at a rate in proportion to h / (t + h), h = `HALF_RATE`; that is,
+    ln(1 + t / h) / ln(1 + t_last / h) of the rest are due after t. Each `interval` of the training
+    a session asks what is due, in whole queries, the last one all that is left.
+    """
+    count = ceil(1 / schedule.interval - 1e-9) if schedule.interval else 1
+    times = sorted({int(k * schedule.interval * steps) for k in range(count)})
+    due = [log1p(time / HALF_RATE) / log1p(max(1, times[-1]) / HALF_RATE) for time in times]
+    shares = [UP_FRONT_SHARE + (1 - UP_FRONT_SHARE) * part for part in due]
+    asked = [max(1, round(share * queries)) if queries else 0 for share in shares]
+    return _sessions(times, [*asked[:-1], queries])
+
+
+def up_front(schedule: Schedule, queries: int, steps: int) -> list[Session]:
+    """Everything before the training, about segments of the untrained policy."""
+    return _sessions([0], [queries])
+
+
+def _sessions(times: list[int], asked: list[int]) -> list[Session]:
+    """Sessions from their times and how many queries are asked up to and with each of them."""
+    return [
+        Session(time, total - before)
+        for time, before, total in zip(times, [0, *asked], asked, strict=False)
+        if total > before
+    ]
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """When the teacher is asked, and about what (the released code's numbers)."""
+
+    sessions: int = 10
+    """Feedback sessions of `even_sessions`; the other strategies have a number of their own."""
+    interval: float = 0.02
+    """Between two sessions, as a share of all policy steps: 20,000 of 1,000,000. So the tenth is at
+    18%, and the reward stays as it is from then on."""
+    segment_length: int = 50
+    """m, steps of a segment."""
+    segments_per_query: int = 5
+    """New segments of a session for each of its queries."""
+    recent_sessions: int = 5
+    """Pairs are drawn from the segments of this many last sessions."""
+    first_epochs: int = 200
+    """Passes over the answers after the first session."""
+    later_epochs: int = 50
+    """Passes over all answers so far after each later session."""
+    strategy: Strategy = even_sessions
+    """How the queries are spread."""
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            InvalidValueError: unless the counts are at least 1 and the last session lies within
+                the training.
+        """
+        counts = (
+            self.sessions,
+            self.segment_length,
+            self.segments_per_query,
+            self.recent_sessions,
+            self.first_epochs,
+            self.later_epochs,
+        )
+        last = (self.sessions - 1) * self.interval
+        if min(counts) < 1 or self.segments_per_query < 2 or not 0 <= last < 1:
+            raise InvalidValueError(
+                "expected counts ≥ 1, segments_per_query ≥ 2 and (sessions − 1) · interval in "
+                f"[0, 1), got {self}"
+            )
+
+    def plan(self, queries: int, steps: int) -> list[Session]:
+        """Spread the queries over sessions; those that would ask nothing are left out.
+
+        Args:
+            queries: the budget, spent exactly.
+            steps: policy steps of the whole training.
+        """
+        return self.strategy(self, queries, steps)
