@@ -1,4 +1,4 @@
-"""Which pairs a teacher is asked about, out of many candidates, and what is kept of them."""
+"""What is kept of the pairs that a teacher was asked about, out of many candidates."""
 
 from __future__ import annotations
 
@@ -9,34 +9,7 @@ import numpy as np
 
 from polite.dataset import Feedback
 from polite.methods.history import join_pools
-from polite.rewards.ensemble import RewardEnsemble, member_probabilities
-from polite.samplers import disagreement_pairs, uniform_pairs
 from polite.types import Query, SegmentPool
-
-
-def choose_pairs(
-    pool: SegmentPool,
-    count: int,
-    candidates: int,
-    judges: RewardEnsemble | None,
-    rng: np.random.Generator,
-) -> list[Query]:
-    """Draw pairs, and choose those that an ensemble disagrees about most.
-
-    Args:
-        pool: the segments.
-        count: pairs to choose.
-        candidates: pairs that are drawn for each that is chosen.
-        judges: the ensemble; without one, the pairs are those drawn first.
-        rng: source of the draws.
-
-    Raises:
-        InvalidValueError: if the pool has fewer pairs than `count`.
-    """
-    drawn = uniform_pairs(count * candidates, rng, pool)
-    if judges is None:
-        return drawn[:count]
-    return disagreement_pairs(drawn, member_probabilities(judges, pool, drawn), count)
 
 
 def only_asked(pool: SegmentPool, pairs: Sequence[Query]) -> tuple[SegmentPool, list[Query]]:

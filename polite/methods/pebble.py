@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polite.dataset import Feedback
-from polite.methods.asking import choose_pairs, joined_feedback, only_asked
+from polite.methods.asking import joined_feedback, only_asked
 from polite.methods.checkpoint import (
     load_checkpoint,
     pack_feedback,
@@ -33,6 +33,7 @@ from polite.methods.checkpoint import (
 from polite.methods.config import Session
 from polite.methods.history import Teacher
 from polite.methods.novelty import StateEntropy
+from polite.methods.pairs import PairRequest, ask_uniformly
 from polite.methods.pebble_config import PebbleConfig
 from polite.methods.preference_learning import (
     Follow,
@@ -142,6 +143,12 @@ class _Learner:
         plan = config.schedule.plan(config.queries, config.steps, config.first_session)
         return plan[len(self._held) :]
 
+    @property
+    def _session(self) -> str:
+        """The session that is held, in words."""
+        number = len(self._held) + 1
+        return f"session {number} of {number - 1 + len(self.sessions_left)}"
+
     def train_policy(self, until: int) -> None:
         """Train the policy in new envs until so many steps are done."""
         self._note_steps(self._trainer.steps)
@@ -159,7 +166,7 @@ class _Learner:
         self._session_policy = self._trainer.policy()
         self._ask(session.queries)
         self._train_reward()
-        self._says("relabelling the replay")
+        self._says(f"{self._session}: relabelling the replay")
         self._trainer.relabel()
         if not self._held:  # until now the policy was paid for new states
             self._trainer.pay(None)
@@ -168,15 +175,15 @@ class _Learner:
 
     def _ask(self, count: int) -> None:
         """Choose pairs of segments of what the policy did, and keep the teacher's answers."""
-        self._says("asking the teacher")
+        self._says(f"{self._session}: asking the teacher")
         schedule = self._config.schedule
-        wanted = 2 * schedule.candidates * count
+        wanted = count * schedule.segments_per_query
         pool = cut_segments(self._recent, schedule.segment_length, wanted, self._samples)
         if self._first_pool is None:
             self._first_pool = pool
             self._ensemble.standardise(pool)
-        judges = self._ensemble if self._held else None
-        pairs = choose_pairs(pool, count, schedule.candidates, judges, self._samples)
+        sampler = self._config.sampler if self._held else ask_uniformly
+        pairs = sampler(PairRequest(pool, [], count, self._samples), self._ensemble)
         asked, queries = only_asked(pool, pairs)
         if self._teacher is None:
             self._teacher = self._make_teacher(self._first_pool)
@@ -187,13 +194,20 @@ class _Learner:
         """Train the reward models on, from where they are."""
         feedback, config = self._feedback, self._config
         assert feedback is not None
-        self._says(f"reward models, {len(feedback.answers)} answers")
         training, data = config.training, stack_feedback(**vars(feedback))
         if not config.method.highlights:
             training = replace(training, alpha_positive=0.0, alpha_negative=0.0)
         if not config.method.preferences:
             data = without_preferences(data)
-        train_ensemble(self._ensemble, data, training, self._batches)
+        train_ensemble(
+            self._ensemble,
+            data,
+            training,
+            self._batches,
+            lambda epoch, _: self._says(
+                f"{self._session}: reward models, epoch {epoch} of {training.epochs}"
+            ),
+        )
 
     def result(self) -> Learned:
         """What the training leaves behind."""

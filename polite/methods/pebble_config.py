@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import json
+from dataclasses import asdict, dataclass, field
+from typing import Final
 
 from polite.methods.config import METHODS, Method, Session
+from polite.methods.pairs import PairSampler, ask_disputed
 from polite.policies.sac import SacConfig
 from polite.rewards.network import RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
 from polite.types import InvalidValueError
 
-NET = RewardNetConfig(hidden=(256, 256, 256), dropout=(0.0, 0.0, 0.0))
+NET: Final = RewardNetConfig(hidden=(256, 256, 256), dropout=(0.0, 0.0, 0.0))
 """The net of PEBBLE's reward models."""
 
 
@@ -31,9 +34,9 @@ class PebbleSchedule:
     """Env steps between two sessions."""
     segment_length: int = 50
     """m, steps of a segment."""
-    candidates: int = 10
-    """Pairs for each query, of which the ensemble chooses the ones that it disagrees about most.
-    At the first session chance chooses."""
+    segments_per_query: int = 20
+    """Segments that are cut at a session for each of its queries: two for each of the ten candidate
+    pairs (`polite.methods.pairs`)."""
     recent_steps: int = 100_000
     """Segments are cut from the trajectories of about so many last env steps (B-Pref: from the last
     100 episodes)."""
@@ -49,12 +52,13 @@ class PebbleSchedule:
             self.sessions,
             self.interval,
             self.segment_length,
-            self.candidates,
+            self.segments_per_query - 1,
             self.recent_steps,
         )
         if min(counts) < 1 or min(self.unsupervised_steps, self.critic_updates) < 0:
             raise InvalidValueError(
-                f"expected unsupervised_steps and critic_updates ≥ 0, all else ≥ 1, got {self}"
+                "expected unsupervised_steps and critic_updates ≥ 0, segments_per_query ≥ 2 and "
+                f"all else ≥ 1, got {self}"
             )
 
     def plan(self, queries: int, steps: int, first: int) -> list[Session]:
@@ -87,6 +91,8 @@ class PebbleConfig:
     """What the reward models learn from; or the true reward, for a ceiling under the same SAC."""
     schedule: PebbleSchedule = field(default_factory=PebbleSchedule)
     """What happens when."""
+    sampler: PairSampler = ask_disputed
+    """Which pairs it asks about, after the first session, which asks about any."""
     members: int = 3
     """Reward models of the ensemble; their mean pays the policy."""
     net: RewardNetConfig = NET
@@ -122,3 +128,7 @@ class PebbleConfig:
     def first_session(self) -> int:
         """Env steps before the teacher is asked for the first time."""
         return self.sac.random_steps + self.schedule.unsupervised_steps
+
+    def __str__(self) -> str:
+        """All settings as JSON, the same in every process; functions by their names."""
+        return json.dumps(asdict(self), default=lambda function: function.__name__)

@@ -7,16 +7,16 @@ from stub_envs import register
 
 from polite.dataset import Feedback
 from polite.methods import pebble
-from polite.methods.asking import choose_pairs, joined_feedback, only_asked
+from polite.methods.asking import joined_feedback, only_asked
 from polite.methods.config import METHODS, Session
+from polite.methods.pairs import ask_disputed, ask_uniformly
 from polite.methods.pebble import last_steps, learn_pebble
 from polite.methods.pebble_config import NET, PebbleConfig, PebbleSchedule
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
-from polite.rewards.ensemble import RewardEnsemble, member_probabilities
-from polite.rewards.network import RewardNet, RewardNetConfig, predict
+from polite.rewards.ensemble import RewardEnsemble
+from polite.rewards.network import RewardNetConfig, predict
 from polite.rewards.trainer import RewardTrainingConfig
-from polite.samplers import uniform_pairs
 from polite.teachers.oracle import Oracle
 from polite.types import (
     FIRST,
@@ -40,7 +40,7 @@ SMALL = PebbleConfig(
         sessions=3,
         interval=24,
         segment_length=6,
-        candidates=3,
+        segments_per_query=6,
         recent_steps=60,
     ),
     net=RewardNetConfig(hidden=(8,), dropout=(0.0,)),
@@ -72,7 +72,7 @@ def learned(config=SMALL, seed=0, env=point, teacher=ORACLE.answer_queries, **re
 
 def interrupted_at(text, share):
     def report(says, done):
-        if says.startswith(text) and done >= share:
+        if text in says and done >= share:
             raise InterruptionError
 
     return report
@@ -152,7 +152,8 @@ def test_settings_that_do_not_fit_are_refused(change):
 
 
 @pytest.mark.parametrize(
-    "change", [{"neighbours": 0}, {"interval": 0}, {"unsupervised_steps": -1}, {"candidates": 0}]
+    "change",
+    [{"neighbours": 0}, {"interval": 0}, {"unsupervised_steps": -1}, {"segments_per_query": 1}],
 )
 def test_impossible_schedules_are_refused(change):
     with pytest.raises(InvalidValueError, match="≥ 1"):
@@ -162,14 +163,16 @@ def test_impossible_schedules_are_refused(change):
 # --- what it asks about --------------------------------------------------------------------------
 
 
-def test_the_ensemble_chooses_what_it_disagrees_about_most():
-    pool, source = make_pool(40), torch.Generator().manual_seed(0)
-    judges = RewardEnsemble([RewardNet(2, 1, SMALL.net, source) for _ in range(3)])
-    drawn = uniform_pairs(50, np.random.default_rng(5), pool)
-    assert choose_pairs(pool, 5, 10, None, np.random.default_rng(5)) == drawn[:5]
-    chosen = choose_pairs(pool, 5, 10, judges, np.random.default_rng(5))
-    spread = dict(zip(drawn, member_probabilities(judges, pool, drawn).std(axis=0), strict=True))
-    assert sorted(spread, key=spread.get)[-5:] == chosen[::-1]
+def test_chance_chooses_first_and_then_the_sampler_that_is_set():
+    calls = []
+
+    def noted(request, model):
+        calls.append((len(request.pool), request.count, len(model)))
+        return request.draw()
+
+    learned(replace(SMALL, sampler=noted))
+    assert calls == [(2 * 6, 2, 3)] * 2  # the second and the third session
+    assert PebbleConfig(queries=1, steps=20_000).sampler is ask_disputed
 
 
 def test_only_segments_that_were_asked_about_are_kept():
@@ -230,7 +233,7 @@ def test_the_budget_is_asked_on_time_and_everything_is_trained():
         return teacher
 
     result = learn_pebble(point, make_teacher, SMALL, 0)
-    assert firsts == [2 * 3 * 3]  # two segments of each candidate, three for each of three queries
+    assert firsts == [3 * 6]
     assert [queries for _, queries in asked] == [3, 2, 2]
     assert all(segments <= 2 * queries for segments, queries in asked)
     assert len(result.feedback.answers) == len(result.feedback.queries) == 7
@@ -341,7 +344,7 @@ def test_progress_and_episodes_are_told_and_never_go_back():
     shares = [share for _, share in said]
     assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
     assert "gathering new states" in {says for says, _ in said}
-    assert "reward models, 7 answers" in {says for says, _ in said}
+    assert "session 3 of 3: reward models, epoch 3 of 3" in {says for says, _ in said}
     assert followed == sorted(followed) and followed[0] == 0 and followed[-1] == 5
 
 
@@ -397,10 +400,16 @@ def test_what_was_asked_is_not_asked_again(tmp_path):
     assert len(result.feedback.answers) == 7
 
 
+def test_settings_read_the_same_in_every_process():
+    assert "ask_disputed" in str(SMALL)
+    assert " at 0x" not in str(SMALL)
+
+
 def test_a_checkpoint_of_another_training_is_refused(tmp_path):
     path = tmp_path / "pebble.pt"
     learned(checkpoint=path)
-    for other in ({"seed": 1}, {"config": replace(SMALL, queries=8)}):
+    sampler = {"config": replace(SMALL, sampler=ask_uniformly)}
+    for other in ({"seed": 1}, {"config": replace(SMALL, queries=8)}, sampler):
         with pytest.raises(PoliteError, match=r"other settings; remove it"):
             learned(checkpoint=path, **other)
 
