@@ -120,9 +120,8 @@ def draw_aggregates(ax: Axes, aggregates: Cells) -> Axes:
     """
     names = list(dict.fromkeys(part["label"] + form_of(part) for part in aggregates))
     for part in aggregates:
-        look, place = look_of(part), names.index(part["label"] + form_of(part))
-        pairwise = part["loss"] in (None, PAIRWISE)
-        place = place - 0.12 if pairwise else place + 0.18
+        look, pairwise = look_of(part), part["loss"] in (None, PAIRWISE)
+        place = names.index(part["label"] + form_of(part)) + (-0.12 if pairwise else 0.18)
         mean, low, high = as_array([part["iqm"][name] for name in ("mean", "low", "high")])
         ax.plot([low, high], [place] * 2, color=look.colour, lw=2.5, alpha=0.5)
         face = look.colour if pairwise else "white"

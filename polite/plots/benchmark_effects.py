@@ -50,14 +50,14 @@ def draw_improvement(ax: Axes, parts: Mapping[str, Parts], pairs: Sequence[str])
         parts: comparisons of one env by the name of their condition.
         pairs: names of the rows, as "POLITE-200 > baseline-800".
     """
-    for row in range(0, len(pairs), 2):
-        ax.axhspan(row - 0.5, row + 0.5, color="#F5F5F5", lw=0, zorder=0)
+    for shaded in range(0, len(pairs), 2):
+        ax.axhspan(shaded - 0.5, shaded + 0.5, color="#F5F5F5", lw=0, zorder=0)
     gap = 0.6 / max(len(parts), 1)
     for place, (name, comparisons) in enumerate(parts.items()):
         look = condition_look(place, name)
         label: str | None = name
         for part in comparisons:
-            row = pairs.index(pair_name(part)) + (place - (len(parts) - 1) / 2) * gap
+            row = float(pairs.index(pair_name(part))) + (place - (len(parts) - 1) / 2) * gap
             mean, low, high = as_array([part["improvement"][k] for k in ("mean", "low", "high")])
             if np.isfinite([low, high]).all():
                 ax.plot([low, high], [row] * 2, color=look.colour, lw=1.4, alpha=0.8)

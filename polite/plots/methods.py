@@ -21,17 +21,20 @@ from polite.plots.style import (
     Look,
 )
 
+DARK_PURPLE = "#7A3B5E"
+
 HUES: Final[Mapping[str, tuple[str, str]]] = {
     "polite": (BLUE, "o"),
-    "own": (ORANGE, "D"),
+    "own-polite": (ORANGE, "D"),
     "preferences": (VERMILION, "s"),
     "highlights": (PURPLE, "v"),
+    "own-highlights": (DARK_PURPLE, "<"),
     "pebble": (SKY, "^"),
     "polite-pebble": (BLACK, "P"),
     "untrained": (GREY, "x"),
     "ground-truth": (GREEN, "*"),
 }
-"""Colour and marker; "own" is POLITE with a form of highlights that is not the paper's."""
+"""Colour and marker; "own" ones have a form of highlights that is not the paper's."""
 LINES: Final[Mapping[int, Any]] = {
     50: (0, (1, 3)),
     100: (0, (1, 1.2)),
@@ -68,8 +71,8 @@ def form_of(cell: Mapping[str, Any]) -> str:
 
 
 def _hue(cell: Mapping[str, Any]) -> str:
-    own = cell["method"] == "polite" and cell["highlights"] not in (None, PAPER_FORM)
-    return "own" if own else str(cell["method"])
+    own = f"own-{cell['method']}"
+    return own if form_of(cell) and own in HUES else str(cell["method"])
 
 
 def _shade(colour: str, queries: int) -> str:
@@ -77,4 +80,5 @@ def _shade(colour: str, queries: int) -> str:
     octaves = float(np.clip(np.log2(queries / MIDDLE), -2, 2))
     towards = np.zeros(3) if octaves > 0 else np.ones(3)
     share = abs(octaves) * (0.3 if octaves > 0 else 0.22)
-    return str(to_hex((1 - share) * np.array(to_rgb(colour)) + share * towards))
+    red, green, blue = (1 - share) * np.array(to_rgb(colour)) + share * towards
+    return str(to_hex((red, green, blue)))

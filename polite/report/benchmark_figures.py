@@ -73,7 +73,7 @@ def learning_figure(results: Results) -> Figure | None:
     if not places:
         return None
     figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
-    axes = figure.subplots(len(envs), len(places), squeeze=False, sharey="row")
+    axes = figure.subplots(len(envs), len(places), squeeze=False, sharex=True, sharey="row")
     shown: list[Cell] = []
     for row, env in zip(axes, envs, strict=True):
         for ax, place in zip(row, places, strict=True):
@@ -84,8 +84,8 @@ def learning_figure(results: Results) -> Figure | None:
             ]
             draw_learning_curves(ax, cells).set_title(f"{env}\n{_short(place)}")
             shown += cells
-        for ax in row[1:]:
-            ax.set_ylabel("")
+    for ax in axes.flat:
+        ax.label_outer()
     panel_letters(list(axes.flat))
     _legend_of(figure, list(axes.flat), _with_counts(in_order(shown)), columns=3)
     return figure
@@ -204,8 +204,8 @@ def ablation_figure(results: Results) -> Figure | None:
             {"method": method, "highlights": None, "queries": 0, "label": BARS[method]},
             shaded=False,
         )
-        colours = {"fc": (look.colour, 0.45), "ec": look.colour}
-        handles.append(Patch(hatch=hatch, label=look.label, **colours))
+        colours = (look.colour, 0.45), look.colour
+        handles.append(Patch(fc=colours[0], ec=colours[1], hatch=hatch, label=look.label))
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
 

@@ -36,8 +36,8 @@ def cells_table(cells: Parts) -> Markup:
         "finished policy's most likely actions. Score: 0 is the untrained reward, 1 the true one. "
         "Collection: steps spent on clips, on top of the policy's own."
     )
-    head = ("Cell", "Highlights", "Runs", "Mean", "sd", "Interquartile mean")
-    head += ("Evaluation", "Score", "Policy steps", "Collection steps")
+    head = ["Cell", "Highlights", "Runs", "Mean", "sd", "Interquartile mean"]
+    head += ["Evaluation", "Score", "Policy steps", "Collection steps"]
     rows = (
         (
             _where(cell),
@@ -64,8 +64,8 @@ def reward_table(cells: Parts) -> Markup:
         "over runs. Highlights: share of the expressed preferences that carry one. Highlighted "
         "steps: mean true reward of the steps within good and within bad highlights, of all steps."
     )
-    head = ("Cell", "Highlights", "Right answers", "No preference", "Highlights +, −")
-    head += ("Pair accuracy", "Pearson", "Spearman", "Saturation", "Highlighted steps +, −, all")
+    head = ["Cell", "Highlights", "Right answers", "No preference", "Highlights +, −"]
+    head += ["Pair accuracy", "Pearson", "Spearman", "Saturation", "Highlighted steps +, −, all"]
     rows = (
         (
             _where(cell),

@@ -92,7 +92,7 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
                 runs += [synthetic_run("preferences", q, **place) for q in (400, 800)]
             place = {"env": env, "seed": seed}
             runs += [synthetic_run("preferences", q, **place) for q in (262, 525)]
-            runs.append(synthetic_run("highlights", 400, **place))
+            runs += [synthetic_run("highlights", 400, form=f, **place) for f in ("paper", "choice")]
             runs += [synthetic_run("polite", q, form="choice", **place) for q in (100, 200, 400)]
             if seed < 3:
                 runs += [synthetic_run("pebble", q, steps=STEPS // 4, **place) for q in (200, 400)]

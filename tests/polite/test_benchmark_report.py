@@ -157,7 +157,7 @@ def test_looks_of_methods_and_budgets_differ_in_more_than_colour() -> None:
     assert len({marker for _, marker in HUES.values()}) == len(HUES)
     cells = [
         {"method": method, "highlights": form, "queries": queries, "label": ""}
-        for method, form in (("polite", "paper"), ("polite", "choice"), ("preferences", None))
+        for method, form in (("polite", "paper"), ("polite", "choice"), ("highlights", "choice"))
         for queries in (100, 200, 262, 400, 525, 800)
     ]
     looks = [look_of(cell) for cell in cells]
