@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-import numpy as np
-
+from polite.methods.history import Teacher
 from polite.methods.preference_learning import MakeTeacher
 from polite.policies.ppo import PpoConfig
 from polite.rewards.trainer import RewardTrainingConfig
-from polite.teachers.highlights import trailing_means
 from polite.teachers.oracle import Oracle
+from polite.teachers.quantile import QUANTILES, QuantileOracle, moment_quantiles
 from polite.types import SegmentPool
 
-QUANTILES = (0.2, 0.8)
-"""Of the first segments' trailing means: highlight thresholds for an env that has no preset."""
 TIE = 0.01
 """Tie threshold for such an env, as a share of the spread of the first segments' returns."""
 
@@ -38,11 +35,30 @@ class EnvPreset:
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of the env."""
 
+    marks_unusual: bool = False
+    """Whether the oracle's highlight thresholds are quantiles of the segments that it is asked
+    about, instead of the oracle's own."""
+
+    def with_highlights(self, form: str) -> EnvPreset:
+        """The same with a form of the highlight loss, a name in `HIGHLIGHT_LOSSES`.
+
+        "paper" is the paper's form in all: its loss, its α, its oracle's thresholds. Any other form
+        weighs as it stands (α = 1), and the oracle marks what is unusual.
+        """
+        if form == "paper":
+            return self
+        training = replace(self.training, highlights=form, alpha_positive=1.0, alpha_negative=1.0)
+        return replace(self, training=training, marks_unusual=True)
+
     @property
     def make_teacher(self) -> MakeTeacher:
         """From the first session's segments to the oracle who answers."""
-        length = self.training.highlight_length
-        return lambda pool: (self.oracle or quantile_oracle(pool, length)).answer_queries
+
+        def make(pool: SegmentPool) -> Teacher:
+            oracle = self.oracle or quantile_oracle(pool, self.training.highlight_length)
+            return (QuantileOracle(oracle) if self.marks_unusual else oracle).answer_queries
+
+        return make
 
 
 PRESETS: Final[Mapping[str, EnvPreset]] = {
@@ -94,11 +110,10 @@ def quantile_oracle(pool: SegmentPool, length: int) -> Oracle:
         pool: the first session's segments.
         length: L.
     """
-    means = np.concatenate([trailing_means(pool[index].rewards) for index in range(len(pool))])
-    low, high = np.quantile(means, QUANTILES)
+    low, high = moment_quantiles(pool, QUANTILES)
     return Oracle(
         tie_threshold=float(TIE * pool.returns.std()),
-        positive_threshold=float(high),
-        negative_threshold=float(low),
+        positive_threshold=high,
+        negative_threshold=low,
         length=length,
     )

@@ -109,6 +109,8 @@ class BPrefTeacher:
     marks_labelled: bool = True
     """Whether highlights come from the segment labelled the winner even by mistake, or stay with
     the one that was chosen before the mistake (an ablation)."""
+    sign_test: bool = True
+    """Whether the reward over the highlight's own window must have its sign."""
 
     def __post_init__(self) -> None:
         """Check the settings.
@@ -142,6 +144,7 @@ class BPrefTeacher:
             length=oracle.length,
             rule=oracle.rule,
             marks_labelled=oracle.marks_labelled,
+            sign_test=oracle.sign_test,
         )
 
     def answer(

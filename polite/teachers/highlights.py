@@ -67,7 +67,12 @@ def passes_sign_test(rewards: Floats64, highlight: Highlight, sign: int) -> bool
 
 
 def place_highlight(
-    rewards: Floats64, sign: int, length: int, threshold: float, rule: CandidateRule
+    rewards: Floats64,
+    sign: int,
+    length: int,
+    threshold: float,
+    rule: CandidateRule,
+    sign_test: bool = True,
 ) -> Highlight | None:
     """Mark the best (+1) or worst (−1) moment if it is past the threshold and the sign is right.
 
@@ -77,11 +82,13 @@ def place_highlight(
         length: L.
         threshold: the score must be above it (+1) or below it (−1).
         rule: which moment, with which score.
+        sign_test: whether the window's own sum must have the sign too.
     """
     candidate = rule(rewards, sign, length)
     highlight = Highlight(candidate.end, length)
     past = sign * candidate.score > sign * threshold
-    return highlight if past and passes_sign_test(rewards, highlight, sign) else None
+    right = not sign_test or passes_sign_test(rewards, highlight, sign)
+    return highlight if past and right else None
 
 
 def shuffle_highlights(

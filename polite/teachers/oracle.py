@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -46,6 +47,8 @@ class Oracle:
     marks_labelled: bool = True
     """Whether highlights come from the segment labelled the winner even when the label was flipped
     (as in the release), or stay with the truly better one (an ablation)."""
+    sign_test: bool = True
+    """Whether the reward over the highlight's own window must have its sign (POLITE)."""
 
     def __post_init__(self) -> None:
         """Check the settings.
@@ -102,6 +105,8 @@ class Marking(Protocol):
     def rule(self) -> CandidateRule: ...  # noqa: D102
     @property
     def marks_labelled(self) -> bool: ...  # noqa: D102
+    @property
+    def sign_test(self) -> bool: ...  # noqa: D102
 
 
 def expressed(
@@ -122,12 +127,18 @@ def expressed(
     """
     labelled = 1 - chosen if mistaken else chosen
     marked = labelled if marking.marks_labelled else chosen
-    length, rule = marking.length, marking.rule
+    place = partial(
+        place_highlight,
+        rewards[marked],
+        length=marking.length,
+        rule=marking.rule,
+        sign_test=marking.sign_test,
+    )
     return Answer(
         query=query,
         preference=(FIRST, SECOND)[labelled],
-        positive=place_highlight(rewards[marked], +1, length, marking.positive_threshold, rule),
-        negative=place_highlight(rewards[marked], -1, length, marking.negative_threshold, rule),
+        positive=place(+1, threshold=marking.positive_threshold),
+        negative=place(-1, threshold=marking.negative_threshold),
         marks_other=marked != labelled,
     )
 

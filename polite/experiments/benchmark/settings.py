@@ -8,8 +8,10 @@ from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
 from polite.methods.config import METHODS, LearningConfig, Schedule
+from polite.methods.pebble_config import PebbleConfig, PebbleSchedule
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
+from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST, PAPER
 from polite.types import InvalidValueError
@@ -21,10 +23,51 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "no-termination": {"terminate_when_unhealthy": False},
 }
 """Keywords of the env in each variant."""
+PEBBLE: Final[Mapping[str, str]] = {"pebble": "preferences", "polite-pebble": "polite"}
+"""Methods that train the policy by PEBBLE, and what their reward models learn from."""
+SMOKE: Final = Schedule(first_epochs=50, later_epochs=20)
+SMOKE_PEBBLE: Final = PebbleSchedule(unsupervised_steps=250, sessions=3, interval=400)
+SMOKE_SAC: Final = SacConfig(hidden=(32, 32), batch_size=64, random_steps=250)
+"""What ends in seconds, to see that it runs."""
 
 
 def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
-    """How a run is trained, and what is set for its env.
+    """How a run is trained by PPO, and what is set for its env.
+
+    Raises:
+        InvalidValueError: if the run names something that is not known.
+    """
+    preset = env_preset(run)
+    config = LearningConfig(
+        method=METHODS[run.method],
+        queries=run.queries,
+        steps=run.steps,
+        schedule=SMOKE if run.preset == "smoke" else Schedule(),
+        net=NETS[run.preset],
+        training=preset.training,
+        ppo=preset.ppo,
+    )
+    return config, preset
+
+
+def pebble_config(run: Run) -> tuple[PebbleConfig, EnvPreset]:
+    """How a run is trained by PEBBLE, and what is set for its env.
+
+    Raises:
+        InvalidValueError: if the run names something that is not known.
+    """
+    preset = env_preset(run)
+    config = PebbleConfig(queries=run.queries, steps=run.steps, method=METHODS[PEBBLE[run.method]])
+    form = ("preference", "highlight_length", "highlight_decay", "alpha_positive", "alpha_negative")
+    chosen = {name: getattr(preset.training, name) for name in form}
+    config = replace(config, training=replace(config.training, **chosen))
+    if run.preset == "smoke":
+        config = replace(config, schedule=SMOKE_PEBBLE, net=FAST, sac=SMOKE_SAC)
+    return config, preset
+
+
+def env_preset(run: Run) -> EnvPreset:
+    """What is set for a run's env, whatever trains the policy.
 
     Raises:
         InvalidValueError: if the run names something that is not known.
@@ -33,28 +76,15 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         raise InvalidValueError(
             f"expected a preset of {tuple(NETS)} and a variant of {tuple(VARIANTS)}, got {run}"
         )
-    if run.highlights not in (None, "paper"):
-        raise InvalidValueError(f"expected paper as the form of the highlights, got {run}")
     preset = preset_of(run.env)
+    if run.highlights is not None:
+        preset = preset.with_highlights(run.highlights)
     preset = replace(preset, settings={**preset.settings, **VARIANTS[run.variant]})
     if run.loss is not None:
         preset = replace(preset, training=replace(preset.training, preference=run.loss))
-    config = LearningConfig(
-        method=METHODS[run.method],
-        queries=run.queries,
-        steps=run.steps,
-        schedule=Schedule(first_epochs=50, later_epochs=20) if _is_smoke(run) else Schedule(),
-        net=NETS[run.preset],
-        training=preset.training,
-        ppo=preset.ppo,
-    )
-    return config, preset
+    return preset
 
 
 def env_maker(run: Run, preset: EnvPreset) -> MakeEnv:
     """How a run's envs are made."""
     return lambda count, seed: make_vec_env(run.env, count, seed, **preset.settings)
-
-
-def _is_smoke(run: Run) -> bool:
-    return run.preset == "smoke"
