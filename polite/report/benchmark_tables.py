@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from polite.analysis.benchmark_records import NAMES
 from polite.report.benchmark_words import condition_words, form_words, verdict_badge
 from polite.report.html import Markup, element, join, table
 from polite.report.tables import BADGES, measurement
@@ -109,22 +110,20 @@ def comparisons_table(comparisons: Parts) -> Markup:
 
 
 def reach_table(rows: Parts) -> Markup:
-    """Queries to reach a return, by method and condition."""
+    """Queries to reach a return: a row for each method and condition, a column for each target."""
     caption = (
         "Queries until the mean final return reaches a target, linear in log2(queries) between the "
-        "budgets that were run, nothing beyond them. Brackets: 95% bootstrap intervals over runs, "
-        "too narrow for few of them; an open end was not reached."
+        "budgets that were run, nothing beyond them: > the largest, ≤ the smallest. Brackets: 95% "
+        "bootstrap intervals over runs, too narrow for few of them; ∞ was not reached. PEBBLE's "
+        "targets are the returns after its own number of steps."
     )
-    body = (
-        (
-            f"{row['method'].replace('preferences', 'baseline')}: {row['what']}",
-            f"{row['env']}, {condition_words(row)}",
-            number(row["target"]),
-            _reached(row),
-        )
-        for row in rows
-    )
-    return table(caption, ("Method and target", "Env and condition", "Target", "Queries"), body)
+    targets = list(dict.fromkeys(row["what"] for row in rows))
+    found: dict[tuple[str, str], dict[str, str]] = {}
+    for row in rows:
+        where = (NAMES[row["method"]], f"{row['env']}, {condition_words(row)}")
+        found.setdefault(where, {})[row["what"]] = _reached(row)
+    body = ((*where, *(cells.get(t, "–") for t in targets)) for where, cells in found.items())
+    return table(caption, ("Method", "Env and condition", *targets), body)
 
 
 def missing_table(missing: Parts) -> Markup:
@@ -169,11 +168,8 @@ def _joined(values: Iterator[float | None]) -> str:
 
 
 def _reached(row: Mapping[str, Any]) -> str:
-    if row["queries"] is None:
-        return "no run"
-    low, high = ("∞" if row[end] is None else number(round(row[end])) for end in ("low", "high"))
-    interval = f" [{low},{NBSP}{high}]"
-    if row["reached"] == "not reached":
-        return f"not reached with {row['queries']:.0f}{interval}"
-    before = "≤" + NBSP if row["reached"] == "at or before" else ""
-    return f"{before}{row['queries']:.0f}{interval}"
+    sign = {"at": "", "at or before": "≤" + NBSP, "not reached": ">" + NBSP}[row["reached"]]
+    if row["low"] is None:
+        return f"{sign}{row['queries']:.0f}"
+    high = "∞" if row["high"] is None else f"{row['high']:.0f}"
+    return f"{sign}{row['queries']:.0f} [{row['low']:.0f},{NBSP}{high}]"

@@ -66,7 +66,7 @@ def _headlines(results: Results) -> Iterator[Markup]:
         counts = f"{part['n'][0]} and {_count(part['n'][1], 'run')}"
         polite, baseline = part["means"]
         text = (
-            f": POLITE-200 {_relation(part['difference'])} baseline-800, {number(polite)} against "
+            f": POLITE-200 {_relation(part['difference'])} baseline-800: {number(polite)} against "
             f"{number(baseline)} (difference {stored(part['difference'])}, ratio "
             f"{stored(part['ratio'])}, {counts})."
         )
@@ -89,13 +89,13 @@ def _gains(results: Results) -> Iterator[Markup]:
         first, second = (part[name].rsplit("-", 1) for name in ("first", "second"))
         if (first[0], second[0]) == ("POLITE", "baseline") and first[1:] == second[1:]:
             text = f"{part['env']}, {condition_words(part)}, {first[1]} queries: POLITE minus "
-            text += f"baseline {stored(part['difference'])}; POLITE {_relation(part['difference'])}"
-            yield element("li", f"{text} it.")
+            text += f"baseline {stored(part['difference'])}. POLITE {_relation(part['difference'])}"
+            yield element("li", f"{text} the baseline.")
 
 
 def _relation(difference: Mapping[str, Any]) -> str:
     if difference["low"] is None or difference["high"] is None:
-        return "cannot be compared yet (one run) with"
+        return "has too few runs to be told apart from"
     if difference["low"] > 0:
         return "beats"
     return "falls short of" if difference["high"] < 0 else "is not told apart from"
