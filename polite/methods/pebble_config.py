@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
-from typing import Final
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Final
 
 from polite.methods.config import METHODS, Method, Session
 from polite.methods.pairs import PairSampler, ask_disputed
@@ -15,6 +15,8 @@ from polite.types import InvalidValueError
 
 NET: Final = RewardNetConfig(hidden=(256, 256, 256), dropout=(0.0, 0.0, 0.0))
 """The net of PEBBLE's reward models."""
+REFERENCE_STEPS: Final = 250_000
+"""A training in which ten sessions find room, and time to learn after the last one."""
 
 
 @dataclass(frozen=True)
@@ -132,3 +134,29 @@ class PebbleConfig:
     def __str__(self) -> str:
         """All settings as JSON, the same in every process; functions by their names."""
         return json.dumps(asdict(self), default=lambda function: function.__name__)
+
+
+def pebble_config(queries: int, steps: int, **settings: Any) -> PebbleConfig:
+    """B-Pref's times; in a training shorter than `REFERENCE_STEPS`, all of them shortened alike.
+
+    Args:
+        queries: the budget.
+        steps: env steps of the whole training.
+        settings: other fields of `PebbleConfig`, but for the schedule.
+
+    Raises:
+        InvalidValueError: if the training is too short even so.
+    """
+    share = min(1.0, steps / REFERENCE_STEPS)
+    sac, schedule = settings.pop("sac", SacConfig()), PebbleSchedule()
+    return PebbleConfig(
+        queries=queries,
+        steps=steps,
+        schedule=replace(
+            schedule,
+            unsupervised_steps=round(share * schedule.unsupervised_steps),
+            interval=max(1, round(share * schedule.interval)),
+        ),
+        sac=replace(sac, random_steps=round(share * sac.random_steps)),
+        **settings,
+    )

@@ -11,7 +11,7 @@ from polite.methods.asking import joined_feedback, only_asked
 from polite.methods.config import METHODS, Session
 from polite.methods.pairs import ask_disputed, ask_uniformly
 from polite.methods.pebble import last_steps, learn_pebble
-from polite.methods.pebble_config import NET, PebbleConfig, PebbleSchedule
+from polite.methods.pebble_config import NET, PebbleConfig, PebbleSchedule, pebble_config
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.ensemble import RewardEnsemble
@@ -135,6 +135,18 @@ def test_the_whole_budget_is_spent_in_the_sessions_that_there_is_time_for(steps,
     assert plan[0].at == 10_000 and plan[-1].at < steps
     if queries == 400:
         assert len(plan) == min(10, 1 + (steps - 1 - 10_000) // 20_000)
+
+
+@pytest.mark.parametrize("steps", [500, 5_000, 250_000, 1_000_000])
+def test_a_short_training_has_all_its_sessions_too(steps):
+    config = pebble_config(400, steps, method=METHODS["polite"], sac=SacConfig(num_envs=2))
+    plan = config.schedule.plan(config.queries, config.steps, config.first_session)
+    assert [session.queries for session in plan] == [40] * 10
+    share = min(1, steps / 250_000)
+    assert plan[0].at == share * 10_000 and plan[-1].at == share * 190_000
+    assert config.method == METHODS["polite"] and config.sac.num_envs == 2
+    if steps >= 250_000:
+        assert config.schedule == PebbleSchedule()
 
 
 @pytest.mark.parametrize(
