@@ -43,13 +43,14 @@ class Report:
     """Draw a run's figures and page again from its stored numbers."""
 
     folder: Annotated[Path, tyro.conf.Positional]
-    """The folder of a replication."""
+    """The folder of a replication or of a benchmark."""
 
     def run(self) -> Path:
         """Draw; returns the report's path."""
+        from polite.experiments.benchmark.page import holds_grid, report_grid
         from polite.report.page import write_report
 
-        return write_report(self.folder)
+        return report_grid(self.folder) if holds_grid(self.folder) else write_report(self.folder)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,10 @@ from rich.console import Console
 from polite.experiments.benchmark.board import Board, view
 from polite.experiments.benchmark.engines import Engine, LocalEngine
 from polite.experiments.benchmark.grid import Run, select
+from polite.experiments.benchmark.live import live_path
+from polite.experiments.benchmark.page import identity, report_grid
 from polite.experiments.benchmark.record import read_record, record_path
-from polite.experiments.benchmark.run import Outcome, carry_out
+from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
 from polite.experiments.benchmark.standing import failure_path, standing, times_path
 from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
@@ -22,8 +24,6 @@ from polite.experiments.workers import cores
 from polite.files import one_line, read_json_object, write_atomically, write_json
 from polite.types import PoliteError
 
-FORMAT = 1
-"""Of the records; a folder of another format is not gone on with."""
 UPDATE_EVERY = 2.0
 """Seconds between two looks at the running runs."""
 
@@ -40,27 +40,31 @@ def benchmark(config: BenchmarkConfig) -> Path:
     runs = select(config)
     if config.status:
         return show_status(config.out, config.preset, runs)
-    claim_folder(config.out, _identity(config.preset), config.resume)
+    claim_folder(config.out, identity(config.preset), config.resume)
     with engine_of(config) as engine:
         failures = run_grid(config.out, runs, engine)
+    page = report_grid(config.out)
     if failures:
         raise PoliteError(
             f"{len(failures)} of {len(runs)} runs failed, see {config.out / 'failed'}; --resume "
             "tries them again"
         )
-    return config.out
-
-
-def _identity(preset: str) -> dict[str, object]:
-    """What all runs of a folder share."""
-    return {"benchmark": FORMAT, "preset": preset}
+    return page
 
 
 @contextmanager
 def engine_of(config: BenchmarkConfig) -> Iterator[Engine]:
     """The engine that was asked for."""
-    with LocalEngine(config.jobs or cores()) as engine:
-        yield engine
+    if config.engine == "local":
+        with LocalEngine(config.jobs or cores()) as local:
+            yield local
+        return
+    try:
+        from polite.experiments.benchmark.ray_engine import RayEngine
+    except ModuleNotFoundError as error:
+        raise PoliteError("--engine ray needs Ray: pip install 'socialnav-polite[ray]'") from error
+    with RayEngine(config.address) as cluster:
+        yield cluster
 
 
 def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
@@ -70,7 +74,7 @@ def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
         PoliteError: if the folder holds no grid of this preset.
     """
     marker = read_json_object(folder / "run.json", "give the folder of a benchmark as --out")
-    if marker != _identity(preset):
+    if marker != identity(preset):
         raise PoliteError(f"{folder} holds no grid of preset {preset}; give its own --preset")
     Console(soft_wrap=True).print(view(standing(folder, runs)))
     return folder
@@ -143,7 +147,8 @@ def _keep(folder: Path, run: Run, outcome: Outcome) -> str | None:
             write_atomically(folder / "models" / run.name / name, _writer(content))
         write_json(times_path(folder, run), outcome.seconds)
         write_json(record_path(folder, run), outcome.record)
-    (folder / "live" / f"{run.name}.json").unlink(missing_ok=True)
+        checkpoint_path(folder, run).unlink(missing_ok=True)
+    live_path(folder, run).unlink(missing_ok=True)
     return outcome.failure
 
 

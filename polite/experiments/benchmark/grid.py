@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
 
@@ -18,7 +18,7 @@ class Run:
     env: str
     """Id of the env."""
     method: str
-    """A key of `METHODS`, or "pebble"."""
+    """A key of `METHODS`, "pebble" or "polite-pebble"."""
     queries: int
     """The budget; 0 where nobody is asked."""
     loss: Literal["pairwise", "released"] | None
@@ -102,35 +102,34 @@ def select(config: BenchmarkConfig) -> list[Run]:
     """The runs that were asked for, in the grid's order.
 
     Raises:
-        PoliteError: if there is none.
+        PoliteError: if a filter names what is not there, or the others have left nothing of it.
     """
-    stages = grid(config.preset)
-    if not set(config.stage) <= set(range(1, len(stages) + 1)):
-        raise PoliteError(f"stage: expected 1 … {len(stages)}, got {config.stage}")
-    chosen = [
-        run
-        for number, stage in enumerate(stages, 1)
-        if not config.stage or number in config.stage
-        for run in stage
-        if _asked_for(run, config)
-    ]
-    if not chosen:
-        raise PoliteError("no run of the grid is left by these filters; drop one of them")
-    return chosen
+    runs = [(number, run) for number, stage in enumerate(grid(config.preset), 1) for run in stage]
+    for name, tags in _FILTERS.items():
+        wanted = set(getattr(config, name))
+        known = set().union(*(tags(*numbered) for numbered in runs))
+        if not wanted <= known:
+            raise PoliteError(f"{name}: expected some of {_listed(known)}; got {_listed(wanted)}")
+        runs = [numbered for numbered in runs if not wanted or wanted & tags(*numbered)]
+    return [run for _, run in runs]
 
 
-def _asked_for(run: Run, config: BenchmarkConfig) -> bool:
-    filters = (
-        (config.env, {run.env}),
-        (config.method, {run.method, run.label}),
-        (config.seeds, {run.seed}),
-        (config.highlights, {run.highlights or "none"}),
-        (config.loss, {run.loss or "none"}),
-    )
-    return all(not wanted or set(wanted) & found for wanted, found in filters)
+_FILTERS: Final[Mapping[str, Callable[[int, Run], set[Any]]]] = {
+    "stage": lambda number, run: {number},
+    "env": lambda number, run: {run.env},
+    "method": lambda number, run: {run.method, run.label},
+    "seeds": lambda number, run: {run.seed},
+    "highlights": lambda number, run: {run.highlights or "none"},
+    "loss": lambda number, run: {run.loss or "none"},
+}
+"""Each filter's name -> what a run of a stage answers to."""
 
 
-WITH_HIGHLIGHTS: Final = ("polite", "highlights")
+def _listed(values: set[Any]) -> str:
+    return ", ".join(map(str, sorted(values)))
+
+
+WITH_HIGHLIGHTS: Final = ("polite", "highlights", "polite-pebble")
 """Methods that learn from highlights."""
 
 BOTH: Final = ("Walker2d-v5", "HalfCheetah-v5")
@@ -166,7 +165,7 @@ def _cell(
 
 _SMOKE: Final[Mapping[str, Any]] = {
     "preset": "smoke",
-    "steps": 16_384,
+    "steps": 12_288,
     "envs": ("Walker2d-v5",),
 }
 _FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}
@@ -181,6 +180,7 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("polite", 20, **_SMOKE),
                     *_cell("preferences", 20, **_SMOKE),
                     *_cell("highlights", 20, **_SMOKE),
+                    *_cell("pebble", 20, preset="smoke", steps=1_500, envs=("Walker2d-v5",)),
                 ),
                 seeds=range(2),
             ),

@@ -10,8 +10,8 @@ import numpy as np
 from polite.analysis.numbers import as_json
 from polite.analysis.quality import pair_accuracy, rank_correlation, saturation, step_correlation
 from polite.methods.preference_learning import Learned, MakeEnv
-from polite.policies.policy import GaussianPolicy
-from polite.rewards.network import RewardNet, predict
+from polite.policies.policy import Policy
+from polite.rewards.network import RewardModel, predict
 from polite.rollouts import collect
 from polite.samplers import uniform_pairs
 from polite.segments import cut_segments
@@ -46,11 +46,11 @@ def held_out_quality(make_env: MakeEnv, learned: Learned, seed: int) -> dict[str
 
 
 def _quality(
-    make_env: MakeEnv, policy: GaussianPolicy, net: RewardNet, seed: list[int]
+    make_env: MakeEnv, policy: Policy, model: RewardModel, seed: list[int]
 ) -> dict[str, float | None]:
     rng = np.random.default_rng(seed)
     pool = _fresh_segments(make_env, policy, rng)
-    rewards = predict(net, pool.observations, pool.actions).astype(np.float64)
+    rewards = predict(model, pool.observations, pool.actions).astype(np.float64)
     returns = np.where(pool.mask, rewards, 0.0).sum(axis=1)
     pairs = np.array([(q.first, q.second) for q in uniform_pairs(PAIRS, rng, pool)])
     learned, true = rewards[pool.mask], pool.rewards[pool.mask]
@@ -63,9 +63,7 @@ def _quality(
     return {name: as_json(value) for name, value in numbers.items()}
 
 
-def _fresh_segments(
-    make_env: MakeEnv, policy: GaussianPolicy, rng: np.random.Generator
-) -> SegmentPool:
+def _fresh_segments(make_env: MakeEnv, policy: Policy, rng: np.random.Generator) -> SegmentPool:
     """Roll the policy out as it trains, its actions drawn, and cut segments."""
     with closing(make_env(ENVS, 0)) as env:
         trajectories = collect(

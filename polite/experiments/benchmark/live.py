@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -72,6 +73,7 @@ class Live:
             "says": self._says,
             "share": self._share,
             "seconds": now - self._begun,
+            "process": os.getpid(),
             "curve": curve_of(self._episodes, self._run.steps),
         }
         write_json(self._path, content)

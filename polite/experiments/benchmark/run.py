@@ -19,16 +19,22 @@ from polite.experiments.benchmark.record import (
     final_return,
     highlighted_reward,
 )
-from polite.experiments.benchmark.settings import env_maker, learning_config
+from polite.experiments.benchmark.settings import PEBBLE, env_maker, learning_config, pebble_config
 from polite.experiments.judge import judge
 from polite.experiments.workers import one_torch_thread
 from polite.files import one_line
+from polite.methods.pebble import learn_pebble
 from polite.methods.preference_learning import Learned, MakeEnv, learn
 from polite.policies.policy import save_policy
-from polite.rewards.network import save_reward_model
+from polite.rewards.files import save_reward_model
 
 EPISODES = 20
 """On which the finished policy is judged."""
+
+
+def checkpoint_path(folder: Path, run: Run) -> Path:
+    """Where a long run keeps what it needs to go on, until it is finished."""
+    return folder / "checkpoints" / f"{run.name}.pt"
 
 
 @dataclass(frozen=True)
@@ -69,10 +75,28 @@ def carry_out(run: Run, folder: Path) -> Outcome:
 
 def _carry_out(run: Run, folder: Path, live: Live) -> tuple[Record, dict[str, bytes]]:
     live.report("beginning", 0.0)
+    if run.method in PEBBLE:
+        learned, make_env = _learn_by_pebble(run, checkpoint_path(folder, run), live)
+    else:
+        learned, make_env = _learn_by_ppo(run, live)
+    return _describe(run, learned, make_env, live), _models(learned)
+
+
+def _learn_by_ppo(run: Run, live: Live) -> tuple[Learned, MakeEnv]:
     config, preset = learning_config(run)
     make_env = env_maker(run, preset)
-    learned = learn(make_env, preset.make_teacher, config, run.seed, live.report, live.follow)
-    return _describe(run, learned, make_env, live), _models(learned)
+    make_teacher = preset.make_teacher
+    return learn(make_env, make_teacher, config, run.seed, live.report, live.follow), make_env
+
+
+def _learn_by_pebble(run: Run, checkpoint: Path, live: Live) -> tuple[Learned, MakeEnv]:
+    """Hours long, so it goes on from its last session if it was stopped."""
+    config, preset = pebble_config(run)
+    make_env = env_maker(run, preset)
+    learned = learn_pebble(
+        make_env, preset.make_teacher, config, run.seed, live.report, checkpoint, live.follow
+    )
+    return learned, make_env
 
 
 def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Record:

@@ -14,6 +14,7 @@ from polite.methods.presets import EnvPreset, preset_of
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST, PAPER
+from polite.rewards.trainer import RewardTrainingConfig
 from polite.types import InvalidValueError
 
 NETS: Final = {"smoke": FAST, "fast": FAST, "paper": PAPER}
@@ -25,9 +26,22 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
 """Keywords of the env in each variant."""
 PEBBLE: Final[Mapping[str, str]] = {"pebble": "preferences", "polite-pebble": "polite"}
 """Methods that train the policy by PEBBLE, and what their reward models learn from."""
+PEBBLE_TRAINING: Final = RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
+"""How PEBBLE's reward models are trained (B-Pref) in every env."""
+FEEDBACK_LOSS: Final = (
+    "preference",
+    "highlight_length",
+    "highlight_decay",
+    "alpha_positive",
+    "alpha_negative",
+)
+"""What they take from the env's preset and the run: the loss."""
 SMOKE: Final = Schedule(first_epochs=50, later_epochs=20)
-SMOKE_PEBBLE: Final = PebbleSchedule(unsupervised_steps=250, sessions=3, interval=400)
-SMOKE_SAC: Final = SacConfig(hidden=(32, 32), batch_size=64, random_steps=250)
+SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
+    "schedule": PebbleSchedule(unsupervised_steps=250, sessions=3, interval=400),
+    "net": FAST,
+    "sac": SacConfig(hidden=(32, 32), batch_size=64, random_steps=250),
+}
 """What ends in seconds, to see that it runs."""
 
 
@@ -57,12 +71,14 @@ def pebble_config(run: Run) -> tuple[PebbleConfig, EnvPreset]:
         InvalidValueError: if the run names something that is not known.
     """
     preset = env_preset(run)
-    config = PebbleConfig(queries=run.queries, steps=run.steps, method=METHODS[PEBBLE[run.method]])
-    form = ("preference", "highlight_length", "highlight_decay", "alpha_positive", "alpha_negative")
-    chosen = {name: getattr(preset.training, name) for name in form}
-    config = replace(config, training=replace(config.training, **chosen))
-    if run.preset == "smoke":
-        config = replace(config, schedule=SMOKE_PEBBLE, net=FAST, sac=SMOKE_SAC)
+    chosen = {name: getattr(preset.training, name) for name in FEEDBACK_LOSS}
+    config = PebbleConfig(
+        queries=run.queries,
+        steps=run.steps,
+        method=METHODS[PEBBLE[run.method]],
+        training=replace(PEBBLE_TRAINING, **chosen),
+        **(SMOKE_PEBBLE if run.preset == "smoke" else {}),
+    )
     return config, preset
 
 

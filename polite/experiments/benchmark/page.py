@@ -1,0 +1,53 @@
+"""A grid's records put together: results.json, figures and page. Loads no torch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from polite.analysis.benchmark_summary import summarise
+from polite.experiments.benchmark.grid import planned
+from polite.experiments.benchmark.record import read_records
+from polite.files import read_json_object, write_json
+from polite.report.benchmark import write_benchmark_report
+from polite.types import PoliteError
+
+FORMAT = 1
+"""Of the records; a folder of another format is not gone on with."""
+_MARKER = "run.json"
+
+
+def identity(preset: str) -> dict[str, Any]:
+    """What all runs of a folder share, as it stands in its run.json."""
+    return {"benchmark": FORMAT, "preset": preset}
+
+
+def holds_grid(folder: Path) -> bool:
+    """Whether a folder is a benchmark's."""
+    try:
+        return "benchmark" in read_json_object(folder / _MARKER, "ignore it")
+    except PoliteError:
+        return False
+
+
+def report_grid(folder: Path) -> Path:
+    """Put the records of a benchmark together, draw its figures and write its page.
+
+    What the preset's grid has and the folder has not is named as missing.
+
+    Args:
+        folder: the benchmark's.
+
+    Returns:
+        The page.
+
+    Raises:
+        PoliteError: if the folder holds no grid, or another format's.
+    """
+    marker = read_json_object(folder / _MARKER, "give the folder of a benchmark")
+    runs = planned(str(marker.get("preset")))
+    if marker != identity(runs[0].preset):
+        raise PoliteError(f"{folder} was written by another version; give another --out")
+    results = summarise(read_records(folder, runs), [run.as_dict() for run in runs])
+    write_json(folder / "results.json", results)
+    return write_benchmark_report(folder, results)

@@ -1,0 +1,60 @@
+"""Runs on a Ray cluster (extra `ray`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
+from typing import Self
+
+import ray
+
+from polite.experiments.benchmark.engines import P, T
+from polite.experiments.workers import ONE_THREAD
+from polite.files import one_line
+from polite.types import PoliteError
+
+RETRIES = 3
+"""How often a run is begun again whose process or node died."""
+
+
+class RayEngine(AbstractContextManager["RayEngine"]):
+    """Calls on the nodes of a cluster to which this machine belongs, one core each.
+
+    What a call gives comes back to this process, so its nodes need no common file system for it.
+    """
+
+    def __init__(self, address: str) -> None:
+        """Set up.
+
+        Args:
+            address: host:port, or "auto" for the cluster that this machine belongs to.
+        """
+        self._address = address
+
+    def __enter__(self) -> Self:
+        """Join the cluster.
+
+        Raises:
+            PoliteError: if there is none.
+        """
+        threads = {"env_vars": dict.fromkeys(ONE_THREAD, "1")}
+        try:
+            ray.init(self._address, runtime_env=threads, log_to_driver=False)
+        except (ConnectionError, ValueError, RuntimeError) as error:
+            raise PoliteError(
+                f"no Ray cluster at {self._address} ({one_line(error)}); begin one with `ray start "
+                "--head`, or give its --address"
+            ) from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the cluster, which ends what is still running."""
+        ray.shutdown()
+
+    def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """As `Engine.submit`; each call has a process of its own, as on one machine."""
+        options = {"num_cpus": 1, "max_retries": RETRIES, "max_calls": 1}
+        remote = ray.remote(**options)(function)
+        future: Future[T] = remote.remote(*args, **kwargs).future()
+        return future

@@ -1,0 +1,118 @@
+"""The grid: what it consists of, in which order, and which part of it a filter leaves."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from polite.experiments.benchmark.grid import GRIDS, Run, grid, planned, select
+from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.types import InvalidValueError, PoliteError
+
+RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1_000_000)
+HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
+
+
+def chosen(preset: Any = "fast", **filters: Any) -> list[Run]:
+    return select(BenchmarkConfig(out=Path("out"), preset=preset, **filters))
+
+
+@pytest.mark.parametrize("preset", GRIDS)
+def test_names_are_unique_and_fit_for_files(preset: str) -> None:
+    runs = planned(preset)
+    assert len({run.name for run in runs}) == len(set(runs)) == len(runs)
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+", run.name) for run in runs)
+    assert {run.preset for run in runs} == {preset}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"env": "HalfCheetah-v5"},
+        {"method": "highlights"},
+        {"queries": 100},
+        {"loss": "released"},
+        {"highlights": "choice"},
+        {"preset": "paper"},
+        {"steps": 1000},
+        {"variant": "no-termination"},
+        {"seed": 1},
+    ],
+)
+def test_a_name_tells_every_setting(change: dict[str, Any]) -> None:
+    assert replace(RUN, **change).name != RUN.name
+
+
+def test_a_run_is_the_same_after_it_was_written() -> None:
+    keys = {"env", "method", "queries", "loss", "highlights", "preset", "steps", "variant", "seed"}
+    assert RUN.as_dict().keys() == keys
+    assert Run(**json.loads(json.dumps(RUN.as_dict()))) == RUN
+
+
+@pytest.mark.parametrize("wrong", [{"queries": 0}, {"loss": None}, {"queries": -1}, {"seed": -1}])
+def test_what_is_no_run_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(InvalidValueError, match="Run"):
+        replace(RUN, **wrong)
+
+
+def test_a_stage_is_done_seed_by_seed_and_the_first_has_the_headline() -> None:
+    first, *_ = grid("fast")
+    assert [run.seed for run in first] == sorted(run.seed for run in first)
+    cells = {(run.env, run.label, run.highlights) for run in first if run.seed == 0}
+    envs = ("Walker2d-v5", "HalfCheetah-v5")
+    labels = [("ground-truth", None), ("untrained", None)]
+    labels += [("polite-200", "paper"), ("polite-400", "paper"), ("polite-200", "choice")]
+    labels += [(f"preferences-{queries}", None) for queries in (200, 400, 800)]
+    assert cells == {(env, *label) for env in envs for label in labels}
+    assert {run.seed for run in first} == set(range(5))
+    assert {run.loss for run in first} == {"pairwise", None}
+
+
+def test_everything_that_was_asked_for_is_in_the_grid() -> None:
+    cells = {(r.label, r.loss, r.highlights, r.variant, r.steps) for r in planned("fast")}
+    million, quarter = 1_000_000, 250_000
+    for label in ("polite-200", "polite-400"):
+        assert (label, "released", "paper", "", million) in cells
+    for queries in (100, 200, 400):
+        assert (f"polite-{queries}", "pairwise", "choice", "", million) in cells
+    for label in ("preferences-262", "preferences-525"):
+        assert (label, "pairwise", None, "", million) in cells
+    for label in ("pebble-200", "pebble-400"):
+        assert (label, "pairwise", None, "", quarter) in cells
+    assert ("highlights-400", "pairwise", "paper", "", million) in cells
+    assert ("polite-200", "pairwise", "choice", "no-termination", million) in cells
+    headline = {run.seed for run in planned("fast") if run == replace(HEADLINE, seed=run.seed)}
+    assert headline == set(range(10))
+
+
+def test_filters_keep_the_order_and_narrow_together() -> None:
+    runs = chosen(env=("HalfCheetah-v5",), method=("preferences-800", "polite"), seeds=(1, 0))
+    assert {run.env for run in runs} == {"HalfCheetah-v5"}
+    assert {run.label for run in runs if run.method == "preferences"} == {"preferences-800"}
+    assert {run.queries for run in runs if run.method == "polite"} == {100, 200, 400}
+    assert runs == [run for run in planned("fast") if run in runs]
+    assert chosen(stage=(2,)) == grid("fast")[1]
+    assert {r.highlights for r in chosen(highlights=("choice",))} == {"choice"}
+    assert {r.method for r in chosen(loss=("none",))} == {"ground-truth", "untrained"}
+
+
+@pytest.mark.parametrize(
+    ("filters", "says"),
+    [
+        ({"env": ("Walker2d-v5", "Walker-v5")}, "env: .*Walker-v5"),
+        ({"method": ("polite-201",)}, "method: .*polite-201"),
+        ({"seeds": (10,)}, "seeds: .*10"),
+        ({"stage": (0,)}, "stage: .*0"),
+        ({"highlights": ("best",)}, "highlights: .*best"),
+        ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
+    ],
+)
+def test_a_filter_that_means_nothing_is_refused(filters: dict[str, Any], says: str) -> None:
+    with pytest.raises(PoliteError, match=says) as caught:
+        chosen(**filters)
+    assert "\n" not in str(caught.value)
