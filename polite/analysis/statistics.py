@@ -201,4 +201,5 @@ def _welch_degrees(parts: Array, counts: Array) -> float:
     """Welch–Satterthwaite degrees of freedom; parts are the squared errors of the two means."""
     if parts.sum() == 0.0:
         return float(counts.sum() - 2)
-    return float(parts.sum() ** 2 / np.sum(parts**2 / (counts - 1)))
+    shares = parts / parts.sum()  # first, because squares of tiny variances are 0
+    return float(1 / np.sum(shares**2 / (counts - 1)))

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from polite.analysis.benchmark_records import HIGHLIGHTED, PAIRWISE, PAPER_FORM, UNASKED
+from polite.analysis.benchmark_records import PAIRWISE, PAPER_FORM, UNASKED
 from polite.analysis.claims_benchmark import EQUAL_EFFORT
 from polite.plots.benchmark import (
     draw_aggregates,
@@ -33,12 +33,20 @@ from polite.plots.benchmark_effects import (
 )
 from polite.plots.methods import form_of, look_of
 from polite.plots.style import GREY, STYLE, WIDTH, panel_letters
+from polite.report.benchmark_selection import (
+    Cell,
+    Results,
+    ablation_budget,
+    cell_groups,
+    full_length,
+    has_quality,
+    main_cells,
+    place_title,
+    places,
+    seen_cells,
+    short_title,
+)
 from polite.report.figures import save_figure
-
-Results = Mapping[str, Any]
-Cell = Mapping[str, Any]
-Place = tuple[str, str]
-"""A loss and a form of highlights."""
 
 MEASURES: Final = {
     "pair_accuracy": "pair accuracy",
@@ -69,20 +77,20 @@ def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
 
 def learning_figure(results: Results) -> Figure | None:
     """Fig. 4: one row an env, one column a loss and form of highlights."""
-    envs, places = list(results["presets"]), _places(results)
-    if not places:
+    envs, columns = list(results["presets"]), places(results)
+    if not columns:
         return None
     figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
-    axes = figure.subplots(len(envs), len(places), squeeze=False, sharex=True, sharey="row")
+    axes = figure.subplots(len(envs), len(columns), squeeze=False, sharex=True, sharey="row")
     shown: list[Cell] = []
     for row, env in zip(axes, envs, strict=True):
-        for ax, place in zip(row, places, strict=True):
+        for ax, place in zip(row, columns, strict=True):
             cells = [
                 cell
-                for cell in _seen(results, env, place)
+                for cell in seen_cells(results, env, place)
                 if cell["method"] != "highlights" and cell["queries"] not in EQUAL_EFFORT.values()
             ]
-            draw_learning_curves(ax, cells).set_title(f"{env}\n{_short(place)}")
+            draw_learning_curves(ax, cells).set_title(f"{env}\n{short_title(place)}")
             shown += cells
     for ax in axes.flat:
         ax.label_outer()
@@ -94,17 +102,17 @@ def learning_figure(results: Results) -> Figure | None:
 def queries_figure(results: Results) -> Figure | None:
     """Final return against queries: one row an env, one column a loss."""
     envs = list(results["presets"])
-    losses = sorted({loss for loss, _ in _places(results)}, key=lambda loss: loss != PAIRWISE)
+    losses = sorted({loss for loss, _ in places(results)}, key=lambda loss: loss != PAIRWISE)
     if not losses:
         return None
     figure = Figure(figsize=(WIDTH, 0.6 + 2.5 * len(envs)))
     axes = figure.subplots(len(envs), len(losses), squeeze=False, sharey="row")
-    budgets = [c["queries"] for env in envs for c in _main(results, env) if c["queries"]]
+    budgets = [c["queries"] for env in envs for c in main_cells(results, env) if c["queries"]]
     for row, env in zip(axes, envs, strict=True):
         for ax, loss in zip(row, losses, strict=True):
             ax.set_xlim(min(budgets) / 1.2, max(budgets) * 1.2)
-            cells = [c for c in _main(results, env) if c["loss"] in (None, loss)]
-            draw_returns_by_queries(ax, _full_length(cells)).set_title(f"{env}, {loss} loss")
+            cells = [c for c in main_cells(results, env) if c["loss"] in (None, loss)]
+            draw_returns_by_queries(ax, full_length(cells)).set_title(f"{env}, {loss} loss")
         for ax in row[1:]:
             ax.set_ylabel("")
     panel_letters(list(axes.flat))
@@ -115,7 +123,7 @@ def queries_figure(results: Results) -> Figure | None:
 def cells_figure(results: Results) -> Figure | None:
     """Interquartile mean and runs of every cell, one panel an env."""
     envs = list(results["presets"])
-    groups = {env: _groups(results, env) for env in envs}
+    groups = {env: cell_groups(results, env) for env in envs}
     rows = max((sum(len(cells) for _, cells in groups[env]) for env in envs), default=0)
     if rows == 0:
         return None
@@ -146,7 +154,7 @@ def aggregate_figure(results: Results) -> Figure | None:
 
 def improvement_figure(results: Results) -> Figure | None:
     """Probability of improvement of every pair of cells, one panel an env."""
-    envs, places = list(results["presets"]), _places(results)
+    envs, columns = list(results["presets"]), places(results)
     shown = {
         env: {
             place_title(place): [
@@ -156,7 +164,7 @@ def improvement_figure(results: Results) -> Figure | None:
                 == (env, results["presets"][env], "")
                 and (part["loss"], part["highlights"] or PAPER_FORM) == place
             ]
-            for place in places
+            for place in columns
         }
         for env in envs
     }
@@ -164,12 +172,12 @@ def improvement_figure(results: Results) -> Figure | None:
     pairs = list(dict.fromkeys(pair_name(part) for part in every))
     if not pairs:
         return None
-    figure = Figure(figsize=(WIDTH, 1.2 + 0.11 * len(pairs) * max(len(places), 2)))
+    figure = Figure(figsize=(WIDTH, 1.2 + 0.11 * len(pairs) * max(len(columns), 2)))
     axes = list(figure.subplots(1, len(envs), squeeze=False, sharey=True)[0])
     for ax, env in zip(axes, envs, strict=True):
         draw_improvement(ax, shown[env], pairs).set_title(env)
     panel_letters(axes)
-    looks = [condition_look(k, place_title(place)) for k, place in enumerate(places)]
+    looks = [condition_look(k, place_title(place)) for k, place in enumerate(columns)]
     handles = [
         Line2D([], [], color=look.colour, marker=look.marker, label=look.label) for look in looks
     ]
@@ -180,20 +188,20 @@ def improvement_figure(results: Results) -> Figure | None:
 def ablation_figure(results: Results) -> Figure | None:
     """Fig. 4c: neither, highlights, preferences, both; one panel an env."""
     envs = list(results["presets"])
-    queries = _ablation_budget(results)
+    queries = ablation_budget(results)
     if queries is None:
         return None
     figure = Figure(figsize=(WIDTH, 2.9))
     axes = list(figure.subplots(1, len(envs), squeeze=False)[0])
     for ax, env in zip(axes, envs, strict=True):
         groups = []
-        for place in _places(results):
+        for place in places(results):
             cells = {
                 cell["method"]: cell
-                for cell in _seen(results, env, place)
+                for cell in seen_cells(results, env, place)
                 if cell["method"] in HATCHES and cell["queries"] in (0, queries)
             }
-            groups.append((_short(place).replace(", ", ",\n"), cells))
+            groups.append((short_title(place).replace(", ", ",\n"), cells))
         draw_ablation(ax, groups).set_title(f"{env}, {queries} queries")
     for ax in axes[1:]:
         ax.set_ylabel("")
@@ -213,8 +221,10 @@ def ablation_figure(results: Results) -> Figure | None:
 def quality_figure(results: Results) -> Figure | None:
     """How the learned reward's quality goes with the final return: a row an env."""
     envs = list(results["presets"])
-    shown = {env: [c for c in _main(results, env) if c["method"] not in UNASKED] for env in envs}
-    if not any(_has_quality(cell) for cells in shown.values() for cell in cells):
+    shown = {
+        env: [c for c in main_cells(results, env) if c["method"] not in UNASKED] for env in envs
+    }
+    if not any(has_quality(cell) for cells in shown.values() for cell in cells):
         return None
     figure = Figure(figsize=(WIDTH, 0.6 + 2.2 * len(envs)))
     axes = figure.subplots(len(envs), len(MEASURES), squeeze=False, sharey="row")
@@ -242,82 +252,6 @@ FIGURES: Final[Mapping[str, Callable[[Results], Figure | None]]] = {
     "quality": quality_figure,
 }
 """File names and who draws them, in the order of the report."""
-
-
-def place_title(place: Place) -> str:
-    """A loss and a form of highlights in words."""
-    loss, form = place
-    return f"{loss} loss, {'the paper’s' if form == PAPER_FORM else form} highlights"
-
-
-def _short(place: Place) -> str:
-    loss, form = place
-    return f"{loss}, {'paper’s form' if form == PAPER_FORM else f'form “{form}”'}"
-
-
-def _places(results: Results) -> list[Place]:
-    """The losses and forms of highlights of the main grids; the paper's first, pairwise first."""
-    found = {
-        (cell["loss"], cell["highlights"])
-        for env in results["presets"]
-        for cell in _main(results, env)
-        if cell["method"] in ("polite", "highlights")
-    }
-    plain = {cell["loss"] for env in results["presets"] for cell in _main(results, env)}
-    found |= {(loss, PAPER_FORM) for loss in plain - {None} - {loss for loss, _ in found}}
-    return sorted(found, key=lambda place: (place[1] != PAPER_FORM, place[0] != PAIRWISE, place))
-
-
-def _main(results: Results, env: str) -> list[Cell]:
-    """The cells of an env's main grid, without controls."""
-    here = (env, results["presets"][env], "")
-    return [c for c in results["cells"] if (c["env"], c["preset"], c["variant"]) == here]
-
-
-def _seen(results: Results, env: str, place: Place) -> list[Cell]:
-    """The cells that belong to a loss and form; PEBBLE and what asks nothing belong to all."""
-    loss, form = place
-    return [
-        cell
-        for cell in _main(results, env)
-        if (cell["loss"] in (None, loss) or cell["method"] == "pebble")
-        and (cell["method"] not in HIGHLIGHTED or cell["highlights"] == form)
-    ]
-
-
-def _full_length(cells: Sequence[Cell]) -> list[Cell]:
-    """Each method's longest training only; PEBBLE's is shorter than PPO's and says so."""
-    longest: dict[str, int] = {}
-    for cell in cells:
-        longest[cell["method"]] = max(cell["steps"], longest.get(cell["method"], 0))
-    return [cell for cell in cells if cell["steps"] == longest[cell["method"]]]
-
-
-def _groups(results: Results, env: str) -> list[tuple[str, list[Cell]]]:
-    """All cells of an env, parted by what they may be compared within."""
-    groups: dict[str, list[Cell]] = {}
-    main = results["presets"][env]
-    for cell in results["cells"]:
-        if cell["env"] != env:
-            continue
-        control = [] if cell["preset"] == main else [f"preset {cell['preset']}"]
-        control += [cell["variant"]] if cell["variant"] else []
-        title = ", ".join([f"{cell['loss']} loss" if cell["loss"] else "no queries", *control])
-        groups.setdefault(title, []).append(cell)
-    titles = sorted(groups, key=lambda title: ("," in title, title))
-    return [(title, in_order(groups[title])) for title in titles]
-
-
-def _ablation_budget(results: Results) -> int | None:
-    budgets = {cell["queries"] for cell in results["cells"] if cell["method"] == "highlights"}
-    if not budgets:
-        return None
-    return 400 if 400 in budgets else int(max(budgets))
-
-
-def _has_quality(cell: Cell) -> bool:
-    late = (run["quality"]["late"] for run in cell["runs"])
-    return any(value is not None for stage in late for value in stage.values())
 
 
 def _legend_of(
