@@ -19,9 +19,9 @@ from polite.experiments.judge import judge, outcomes
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
 from polite.experiments.train_config import TrainConfig
+from polite.experiments.train_settings import adapt_preset, learning_config, teacher_maker
 from polite.experiments.workers import one_torch_thread
 from polite.files import write_atomically, write_json
-from polite.methods.config import METHODS, LearningConfig
 from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
@@ -29,11 +29,9 @@ from polite.plots.training import draw_training
 from polite.policies.policy import save_policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rewards.files import save_reward_model
-from polite.rewards.network import FAST, PAPER
 from polite.types import PoliteError
 
 RESULTS = "results.json"
-NETS = {"fast": FAST, "paper": PAPER}
 
 Results = dict[str, Any]
 
@@ -73,8 +71,8 @@ def run_train(config: TrainConfig) -> Path:
         PoliteError: if the folder is in use, a setting is impossible, or the env is unknown, has no
             vectors or gives NaN.
     """
-    preset = preset_of(config.env)
-    learning = _learning_config(config, preset)
+    preset = adapt_preset(preset_of(config.env), config)
+    learning, make_teacher = learning_config(config, preset), teacher_maker(config, preset)
     make_env = _env_maker(config, preset)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         _check_env(env)
@@ -84,7 +82,7 @@ def run_train(config: TrainConfig) -> Path:
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
             report = _reporter(progress)
-            learned = learn(make_env, preset.make_teacher, learning, config.seed, report)
+            learned = learn(make_env, make_teacher, learning, config.seed, report)
             report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             results = {"config": _identity(config), "evaluation": judged} | _results(learned)
@@ -96,18 +94,6 @@ def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
     return {name: settings[name] for name in settings if name not in ("out", "resume")}
-
-
-def _learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
-    """The method's settings in this env."""
-    return LearningConfig(
-        method=METHODS[config.method],
-        queries=config.queries,
-        steps=config.steps,
-        net=NETS[config.net],
-        training=preset.training,
-        ppo=preset.ppo,
-    )
 
 
 def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:

@@ -59,9 +59,19 @@ class PointEnv(gym.Env):
         return np.array([self.place]), 1.0 - abs(self.place - 1.0), False, False, {}
 
 
+class WidePointEnv(PointEnv):
+    """The same, with actions between -3 and 5."""
+
+    action_space = gym.spaces.Box(-3.0, 5.0, (1,), np.float32)
+
+
 def register() -> None:
-    """Make both envs known to Gymnasium."""
+    """Make the envs known to Gymnasium."""
     if "Point-v0" not in gym.registry:
+        gym.register("WidePoint-v0", entry_point=WidePointEnv, max_episode_steps=20)
+        gym.register(
+            "Short-v0", entry_point=CountingEnv, max_episode_steps=8, kwargs={"lengths": (1, 2, 7)}
+        )
         gym.register("Point-v0", entry_point=PointEnv, max_episode_steps=20)
         gym.register("Counting-v0", entry_point=CountingEnv, max_episode_steps=8)
         gym.register("Endless-v0", entry_point=PointEnv)

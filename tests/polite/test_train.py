@@ -17,6 +17,7 @@ from polite.methods.presets import PRESETS, EnvPreset
 from polite.policies.policy import load_policy
 from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import GymnasiumVecEnv
+from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
 from polite.types import PoliteError
 
@@ -76,6 +77,61 @@ def test_the_corridor_tells_success_and_is_run_at_a_fixed_horizon(tmp_path) -> N
     assert evaluation["length"] == 600.0  # no collision or goal ends an episode
     for rate in ("success_rate", "collision_rate", "intermittent_rate"):
         assert 0.0 <= evaluation[rate] <= 1.0
+
+
+@pytest.mark.parametrize("method", ["polite", "ground-truth"])
+def test_episodes_may_end_early_and_after_a_single_step(tmp_path, method: str) -> None:
+    path = run_train(settings(tmp_path, env="Short-v0", method=method))
+    evaluation = json.loads(path.read_text("utf-8"))["evaluation"]
+    assert evaluation["length"] == 1.0  # of the first episode
+    if method == "polite":
+        pool = load_feedback(path.parent / "data").pool
+        assert pool.lengths.max() <= 7 and 1 in pool.lengths
+        for segment in map(pool.__getitem__, range(len(pool))):  # (step, episode): no reset within
+            steps, episodes = segment.observations.T
+            assert (np.diff(steps) == 1).all() and (np.diff(episodes) == 0).all()
+
+
+def test_walkers_that_fall_are_learned_from(tmp_path) -> None:
+    path = run_train(settings(tmp_path, env="Walker2d-v5", queries=5))
+    results = json.loads(path.read_text("utf-8"))
+    assert results["queries_asked"] == 5
+    pool = load_feedback(path.parent / "data").pool
+    assert pool.observations.shape[1:] == (50, 17) and pool.lengths.min() < 50
+
+
+def test_actions_may_have_any_bounds(tmp_path) -> None:
+    path = run_train(settings(tmp_path, env="WidePoint-v0"))
+    pool = load_feedback(path.parent / "data").pool
+    actions = pool.actions[pool.mask]
+    assert -3.0 <= actions.min() < -1.0 and 1.0 < actions.max() <= 5.0
+    policy = load_policy(path.parent / "models" / "policy.pt")
+    assert (policy.low, policy.high) == ([-3.0], [5.0])
+
+
+def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
+    changes = {
+        "teacher": "equal",
+        "schedule": "decaying",
+        "sampler": "disputed-k-centre",
+        "members": 2,
+        "loss": "released",
+        "highlights": "choice",
+        "highlight_length": 3,
+        "highlight_decay": 0.9,
+        "marks": "true-winner",
+        "highlights_missed": 0.1,
+        "highlights_wrong_sign": 0.1,
+        "highlights_shifted": 0.1,
+    }
+    path = run_train(settings(tmp_path, **changes))
+    results = json.loads(path.read_text("utf-8"))
+    assert {name: results["config"][name] for name in changes} == changes
+    assert results["queries_asked"] == 10 and len(results["sessions"]) > 1
+    model = load_reward_model(path.parent / "models" / "reward.pt")
+    assert isinstance(model, RewardEnsemble) and len(model) == 2
+    highlights = [a.positive for a in load_feedback(path.parent / "data").answers if a.positive]
+    assert {highlight.length for highlight in highlights} <= {3}
 
 
 def test_from_python_keywords_are_enough(tmp_path) -> None:

@@ -1,0 +1,87 @@
+"""From the settings of one training to its parts: the learning, the env's preset, the teacher."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from polite.experiments.train_config import TrainConfig
+from polite.methods.config import METHODS, LearningConfig
+from polite.methods.history import Teacher
+from polite.methods.pairs import PAIR_SAMPLERS
+from polite.methods.preference_learning import MakeTeacher
+from polite.methods.presets import EnvPreset, quantile_oracle
+from polite.methods.schedules import Schedule, decaying_rate, up_front
+from polite.rewards.network import FAST, PAPER
+from polite.teachers.bpref import BPREF_TEACHERS
+from polite.teachers.noise import HighlightNoise, NoisyHighlights
+from polite.teachers.quantile import QuantileOracle
+from polite.types import SegmentPool
+
+NETS: Final = {"fast": FAST, "paper": PAPER}
+SCHEDULES: Final = {
+    "sessions": Schedule(),
+    "decaying": Schedule(interval=0.05, strategy=decaying_rate),
+    "up-front": Schedule(strategy=up_front),
+}
+
+
+def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
+    """The method's settings in this env.
+
+    Raises:
+        InvalidValueError: if the sampler needs more reward models than there are.
+    """
+    return LearningConfig(
+        method=METHODS[config.method],
+        queries=config.queries,
+        steps=config.steps,
+        schedule=SCHEDULES[config.schedule],
+        sampler=PAIR_SAMPLERS[config.sampler],
+        net=NETS[config.net],
+        members=config.members,
+        training=preset.training,
+        ppo=preset.ppo,
+    )
+
+
+def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
+    """The preset with what the run changes of its losses; teacher and loss agree on L.
+
+    Raises:
+        InvalidValueError: if there is no such form of the highlight loss, or L or λ is none.
+    """
+    if config.highlights is not None:
+        preset = preset.with_highlights(config.highlights)
+    changes = {
+        name: getattr(config, name)
+        for name in ("highlight_length", "highlight_decay")
+        if getattr(config, name) is not None
+    }
+    training = replace(preset.training, preference=config.loss, **changes)
+    oracle = preset.oracle and replace(preset.oracle, length=training.highlight_length)
+    return replace(preset, training=training, oracle=oracle)
+
+
+def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
+    """From the first session's segments to who answers.
+
+    B-Pref's teachers place highlights as the env's oracle does.
+    """
+    noise = HighlightNoise(
+        miss_probability=config.highlights_missed,
+        wrong_sign_probability=config.highlights_wrong_sign,
+        shift_probability=config.highlights_shifted,
+    )
+
+    def make(pool: SegmentPool) -> Teacher:
+        oracle = preset.oracle or quantile_oracle(pool, preset.training.highlight_length)
+        oracle = replace(oracle, marks_labelled=config.marks == "labelled")
+        bpref = BPREF_TEACHERS.get(config.teacher)
+        teacher = oracle if bpref is None else bpref.marking_like(oracle)
+        who = QuantileOracle(teacher) if preset.marks_unusual else teacher
+        if noise == HighlightNoise():
+            return who.answer_queries
+        return NoisyHighlights(who.answer_queries, noise).answer_queries
+
+    return make

@@ -1,0 +1,172 @@
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args, get_type_hints
+
+import numpy as np
+import pytest
+
+from polite.experiments.train_config import TrainConfig
+from polite.experiments.train_settings import (
+    SCHEDULES,
+    adapt_preset,
+    learning_config,
+    teacher_maker,
+)
+from polite.methods.pairs import PAIR_SAMPLERS
+from polite.methods.presets import PRESETS, EnvPreset
+from polite.methods.schedules import Schedule
+from polite.samplers import uniform_pairs
+from polite.teachers.bpref import BPREF_TEACHERS
+from polite.types import InvalidValueError, SegmentPool
+
+WALKER = PRESETS["Walker2d"]
+CONFIG = TrainConfig(out=Path("unused"))
+
+
+def make_pool(size=60, seed=0):
+    rng = np.random.default_rng(seed)
+    return SegmentPool(
+        observations=rng.normal(size=(size, 20, 2)),
+        actions=rng.normal(size=(size, 20, 1)),
+        rewards=rng.normal(1.0, 2.0, (size, 20)),
+        states=np.zeros((size, 20, 1)),
+        lengths=rng.integers(5, 20, size, endpoint=True),
+        trajectory=np.zeros(size),
+        start=np.zeros(size),
+    )
+
+
+POOL = make_pool()
+QUERIES = uniform_pairs(400, np.random.default_rng(1), POOL)
+
+
+def answers(preset=WALKER, **changes):
+    config = replace(CONFIG, **changes)
+    teacher = teacher_maker(config, adapt_preset(preset, config))(POOL)
+    return teacher(POOL, QUERIES, np.random.default_rng(2))
+
+
+def winner_is_better(answer):
+    query = QUERIES[answer.query]
+    gap = POOL.returns[query.first] - POOL.returns[query.second]
+    return (gap > 0) == (answer.preferred == 0)
+
+
+def expressed(given):
+    return [answer for answer in given if answer.preferred is not None]
+
+
+# --- names ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "known"),
+    [
+        ("teacher", {"polite", *BPREF_TEACHERS}),
+        ("sampler", set(PAIR_SAMPLERS)),
+        ("schedule", set(SCHEDULES)),
+    ],
+)
+def test_the_command_line_offers_all_there_is(name: str, known) -> None:
+    assert set(get_args(get_type_hints(TrainConfig)[name])) == known
+
+
+def test_without_a_wish_nothing_differs_from_the_preset() -> None:
+    for preset in (*PRESETS.values(), EnvPreset()):
+        assert adapt_preset(preset, CONFIG) == preset
+        expected = preset.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
+        assert answers(preset) == expected
+    learning = learning_config(CONFIG, WALKER)
+    assert learning.schedule == Schedule() and learning.members == 1
+    assert learning.sampler is PAIR_SAMPLERS["uniform"]
+
+
+# --- teachers ------------------------------------------------------------------------------------
+
+
+def test_the_default_teacher_errs_and_b_pref_s_oracle_does_not() -> None:
+    polite, oracle = expressed(answers()), expressed(answers(teacher="oracle"))
+    assert np.mean([winner_is_better(answer) for answer in polite]) == pytest.approx(0.9, abs=0.06)
+    assert all(winner_is_better(answer) for answer in oracle)
+    assert len(oracle) == 400 > len(polite)  # who skips ties
+
+
+@pytest.mark.parametrize("name", BPREF_TEACHERS)
+def test_b_pref_s_teachers_mark_what_the_env_s_oracle_marks(name: str) -> None:
+    known = {answer.query: answer for answer in answers()}
+    same = 0
+    for answer in expressed(answers(teacher=name)):
+        other = known[answer.query]
+        if other.preferred == answer.preferred and other.marked == answer.marked:
+            assert (answer.positive, answer.negative) == (other.positive, other.negative)
+            same += 1
+    assert same > 100
+
+
+def test_highlights_can_stay_with_the_true_winner() -> None:
+    labelled, true = answers(teacher="mistake"), answers(teacher="mistake", marks="true-winner")
+    assert [a.preferred for a in labelled] == [a.preferred for a in true]
+    for one, other in zip(expressed(labelled), expressed(true), strict=True):
+        assert not one.marks_other
+        assert other.marks_other == (not winner_is_better(other))
+
+
+def test_highlights_go_wrong_as_often_as_asked_and_preferences_stay() -> None:
+    clean = answers()
+    for change in ("missed", "wrong_sign", "shifted"):
+        noisy = answers(**{f"highlights_{change}": 0.4})
+        assert [a.preference for a in noisy] == [a.preference for a in clean]
+        marked = [
+            (one, other)
+            for one, other in zip(clean, noisy, strict=True)
+            if one.positive is not None
+        ]
+        share = np.mean([one.positive != other.positive for one, other in marked])
+        assert share == pytest.approx(0.4, abs=0.1)
+
+
+# --- losses --------------------------------------------------------------------------------------
+
+
+def test_teacher_and_loss_agree_on_the_length_of_a_highlight() -> None:
+    config = replace(CONFIG, highlight_length=3, highlight_decay=0.5, loss="released")
+    for preset in (WALKER, EnvPreset()):
+        adapted = adapt_preset(preset, config)
+        training = adapted.training
+        assert (training.highlight_length, training.highlight_decay) == (3, 0.5)
+        assert training.preference == "released"
+        given = teacher_maker(config, adapted)(POOL)(POOL, QUERIES, np.random.default_rng(0))
+        lengths = {answer.positive.length for answer in given if answer.positive is not None}
+        assert lengths == {3}
+
+
+def test_a_form_of_the_highlight_loss_is_taken_by_its_name() -> None:
+    adapted = adapt_preset(WALKER, replace(CONFIG, highlights="choice"))
+    assert adapted.training.highlights == "choice"
+    with pytest.raises(InvalidValueError, match="choice"):
+        adapt_preset(WALKER, replace(CONFIG, highlights="chioce"))
+
+
+# --- mistakes ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"members": 0},
+        {"highlights_missed": 1.5},
+        {"highlights_wrong_sign": -0.1},
+        {"highlights_shifted": float("nan")},
+        {"sampler": "entropy", "schedule": "up-front"},
+    ],
+)
+def test_impossible_settings_are_refused(change) -> None:
+    with pytest.raises(InvalidValueError, match=f"{next(iter(change))}: expected"):
+        replace(CONFIG, **change)
+
+
+def test_a_sampler_that_compares_models_needs_several() -> None:
+    config = replace(CONFIG, sampler="disagreement")
+    with pytest.raises(InvalidValueError, match="members ≥ 2"):
+        learning_config(config, WALKER)
+    assert learning_config(replace(config, members=3), WALKER).members == 3
