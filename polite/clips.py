@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Any
 
+import gymnasium as gym
 import imageio.v3 as iio
 import numpy as np
 from numpy.typing import NDArray
 
-from polite.files import write_atomically
-from polite.types import ShapeError
+from polite.files import one_line, write_atomically
+from polite.types import PoliteError, ShapeError
 
 Frames = NDArray[np.uint8]
 """(T, h, w, 3) pictures."""
 Render = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.uint8]]
 """A state's row (k,) and the way so far (K, 2) -> (h, w, 3)."""
+
+FASTEST = 50.0
+"""Frames per second that players of GIFs still show; they play shorter pauses as long ones."""
 
 
 def frames_of(states: NDArray[np.float64], render: Render) -> Frames:
@@ -46,3 +55,83 @@ def write_clip(path: Path, frames: Frames, fps: float) -> None:
     write_atomically(
         path, lambda temporary: iio.imwrite(temporary, frames, duration=milliseconds, loop=0)
     )
+
+
+@contextmanager
+def renderer(env_id: str, **settings: Any) -> Iterator[tuple[Render, float]]:
+    """Open an env for pictures only; nothing that is running anywhere is touched.
+
+    The rows that it draws are those of `polite.rollouts.state_rows`. A MuJoCo env is seen by the
+    camera that follows the robot, where its model has one.
+
+    Args:
+        env_id: The env that the states come from.
+        **settings: Its keywords, the size of the pictures among them.
+
+    Yields:
+        The function that draws, and the env's steps per second.
+
+    Raises:
+        PoliteError: The env is unknown, cannot restore a state, or this machine cannot draw it.
+    """
+    module, _, name = env_id.rpartition(":")  # "module:Name-v0" imports the module first
+    try:
+        if module:
+            importlib.import_module(module)
+        env = gym.make(name, render_mode="rgb_array", **settings)
+    except (gym.error.Error, ImportError, TypeError, ValueError) as error:
+        raise PoliteError(f"cannot make {env_id!r} to draw: {one_line(error)}") from error
+    with closing(env):
+        world: Any = env.unwrapped
+        if hasattr(world, "render_state"):
+            yield world.render_state, 1.0 / world.dt
+        elif hasattr(world, "mujoco_renderer"):
+            yield _mujoco_render(world), 1.0 / world.dt
+        else:
+            raise PoliteError(
+                f"{env_id}: expected an env with render_state(row, trail), or a MuJoCo env; "
+                "its recorded states cannot be drawn"
+            )
+
+
+def _mujoco_render(world: Any) -> Render:
+    """Draws rows of qpos and qvel side by side by setting the env's state."""
+    model, pictures = world.model, world.mujoco_renderer
+    if "track" in {model.camera(index).name for index in range(model.ncam)}:
+        pictures.camera_id = model.camera("track").id
+
+    def draw(row: NDArray[np.float64]) -> NDArray[np.uint8]:
+        world.set_state(row[: model.nq], row[model.nq :])
+        return np.asarray(world.render(), dtype=np.uint8)
+
+    def render(row: NDArray[np.float64], trail: NDArray[np.float64]) -> NDArray[np.uint8]:
+        if np.shape(row) != (model.nq + model.nv,):
+            raise ShapeError(f"row: expected ({model.nq + model.nv},), got {np.shape(row)}")
+        return draw(row)
+
+    with _offscreen():
+        # A camera that does not follow looks at what is there when it first looks: the same always.
+        draw(np.concatenate([world.init_qpos, world.init_qvel]))
+    return render
+
+
+@contextmanager
+def _offscreen() -> Iterator[None]:
+    """Let MuJoCo draw without a display, unless there is one or MUJOCO_GL says how.
+
+    Raises:
+        PoliteError: It cannot.
+    """
+    choose = sys.platform == "linux" and not {"MUJOCO_GL", "DISPLAY"} & os.environ.keys()
+    if choose:
+        os.environ["MUJOCO_GL"] = "egl"
+    try:
+        yield
+    except Exception as error:  # what is missing shows as anything from ImportError to FatalError
+        raise PoliteError(
+            f"MuJoCo cannot draw here ({one_line(error)}); install EGL (Debian: libegl1, "
+            "libopengl0, libgl1-mesa-dri), or set MUJOCO_GL to egl, osmesa or glfw"
+        ) from error
+    finally:
+        if choose:
+            del os.environ["MUJOCO_GL"]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from polite.clips import frames_of, write_clip
 from polite.dataset import Feedback
+from polite.experiments.clips import write_pair
 from polite.experiments.study import Study
 from polite.experiments.study_world import scene_settings
 from polite.types import Answer, Highlight
@@ -19,15 +19,11 @@ def draw_example(study: Study) -> dict[str, Any]:
     """Draw the two clips of a query with highlights; returns `example` of `results.json`."""
     feedback = study.feedback("polite")
     answer = _telling_answer(feedback)
-    query = feedback.queries[answer.query]
     env = SocialCorridorEnv(render_width=WIDTH, **scene_settings(study.config))
     fps = round(1.0 / env.dt)
-    files = []
-    for place, index in (("first", query.first), ("second", query.second)):
-        name = f"clips/query_{place}.gif"
-        states = feedback.pool[index].states
-        write_clip(study.folder / name, frames_of(states, env.render_state), fps)
-        files.append(name)
+    files = [f"clips/query_{place}.gif" for place in ("first", "second")]
+    paths = [study.folder / name for name in files]
+    write_pair(paths, feedback, answer.query, env.render_state, fps)
     return {
         "query": answer.query,
         "preferred": answer.preferred,

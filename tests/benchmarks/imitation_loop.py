@@ -1,8 +1,7 @@
 """imitation's preference loop in a Python of its own, since it needs an older Gymnasium.
 
-The PPO numbers come on the command line, as JSON. Each line on standard input is JSON with the policy
-steps, the comparisons, the iterations, the first session's multiple of the reward epochs, and a seed;
-the answer is JSON with the seconds and the env steps that the loop took.
+PPO's numbers come on the command line, as JSON. Each line on standard input is JSON with the
+arguments of `run`; the answer is JSON with the processor time [s] and the steps that it took.
 """
 
 import contextlib
@@ -38,6 +37,7 @@ class Count(VecEnvWrapper):
 
 
 def run(steps, queries, iterations, first_epochs, later_epochs, fragment_length, seed):
+    start = time.process_time()
     rng = np.random.default_rng(seed)
     venv = Count(make_vec_env("HalfCheetah-v4", rng=rng, n_envs=SETTINGS["num_envs"]))
     net = BasicRewardNet(venv.observation_space, venv.action_space)
@@ -69,7 +69,6 @@ def run(steps, queries, iterations, first_epochs, later_epochs, fragment_length,
         initial_epoch_multiplier=first_epochs / later_epochs,
         custom_logger=log,
     )
-    start = time.process_time()
     loop.train(steps, queries)
     return {
         "seconds": time.process_time() - start,

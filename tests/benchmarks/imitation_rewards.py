@@ -1,7 +1,8 @@
 """Trains reward models of imitation in a Python of its own, since it needs an older Gymnasium.
 
-Arguments: an .npz of segments and pairs, hidden units by commas, members, pairs of a minibatch. Each
-line on standard input is a number of epochs; the answer is the processor time that the training took [s].
+Arguments: an .npz of segments and pairs, hidden units by commas, members, pairs of a minibatch.
+Each line on standard input is a number of epochs; the answer is the processor time that they took
+[s].
 """
 
 import sys
@@ -31,7 +32,7 @@ fragments = [
     TrajectoryWithRew(
         obs=np.concatenate([seen, seen[-1:]]), acts=done, infos=None, terminal=False, rews=paid
     )
-    for seen, done, paid in zip(observations, actions, rewards)
+    for seen, done, paid in zip(observations, actions, rewards, strict=True)
 ]
 dataset = PreferenceDataset()
 dataset.push(
