@@ -11,6 +11,7 @@ import tyro
 from rich.console import Console
 
 from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.plan_config import PlanConfig
 from polite.experiments.train_config import TrainConfig
 from polite.types import PoliteError
 
@@ -43,14 +44,17 @@ class Report:
     """Draw a run's figures and page again from its stored numbers."""
 
     folder: Annotated[Path, tyro.conf.Positional]
-    """The folder of a replication or of a benchmark."""
+    """The folder of a replication, of a benchmark or of a comparison of highlights."""
 
     def run(self) -> Path:
         """Draw; returns the report's path."""
         from polite.experiments.benchmark.page import holds_grid, report_grid
+        from polite.report.offline import holds_bench, report_bench
         from polite.report.page import write_report
 
-        return report_grid(self.folder) if holds_grid(self.folder) else write_report(self.folder)
+        if holds_grid(self.folder):
+            return report_grid(self.folder)
+        return report_bench(self.folder) if holds_bench(self.folder) else write_report(self.folder)
 
 
 @dataclass(frozen=True)
@@ -104,10 +108,46 @@ class Benchmark(BenchmarkConfig):
         return benchmark(BenchmarkConfig(**vars(self)))
 
 
+@dataclass(frozen=True)
+class Highlights:
+    """Compare forms of the highlight loss offline: fixed segments, held-out pairs, many seeds.
+
+    Writes results.json, table.md, report.html and figures/ into a folder.
+    """
+
+    out: Path
+    """Folder for everything; new, unless --resume."""
+    preset: Literal["smoke", "full"] = "full"
+    """smoke: three candidates in two envs, a minute; full: all of them in three envs, an hour."""
+    seed: int = 0
+    """Everything random follows from it."""
+    resume: bool = False
+    """Go on in a folder that was begun with the same preset and seed."""
+
+    def run(self) -> Path:
+        """Compare; returns the report's path."""
+        from polite.experiments.offline.bench import compare
+
+        return compare(self.preset, self.seed, self.out, resume=self.resume)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan(PlanConfig):
+    """Plan a study with people: how many queries, participants and hours it takes."""
+
+    def run(self) -> str:
+        """Plan; returns what to print."""
+        from polite.experiments.plan import run_plan
+
+        return run_plan(PlanConfig(**vars(self)))
+
+
 Command = (
     Annotated[Replicate, tyro.conf.subcommand("replicate")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Benchmark, tyro.conf.subcommand("benchmark")]
+    | Annotated[Highlights, tyro.conf.subcommand("highlights")]
+    | Annotated[Plan, tyro.conf.subcommand("plan")]
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Report, tyro.conf.subcommand("report")]
 )
@@ -118,12 +158,13 @@ def main() -> None:
     command: Command | None = None
     try:
         command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")
-        path = command.run()
+        outcome = command.run()
     except PoliteError as error:
         Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
-        hint = "; go on with --resume" if isinstance(command, Replicate | Train | Benchmark) else ""
+        resumes = isinstance(command, Replicate | Train | Benchmark | Highlights)
+        hint = "; go on with --resume" if resumes else ""
         Console(stderr=True).print(f"polite: stopped{hint}")
         sys.exit(130)
-    Console(soft_wrap=True).print(f"{path}", markup=False, highlight=False)
+    Console(soft_wrap=True).print(f"{outcome}", markup=False, highlight=False)

@@ -10,6 +10,7 @@ from scipy.stats import rankdata
 
 from polite.analysis.numbers import Array, as_json
 from polite.analysis.statistics import mean_interval, paired_difference
+from polite.types import SegmentPool
 
 
 def pair_accuracy(learned: Array, true: Array, pairs: npt.NDArray[np.integer[Any]]) -> float:
@@ -27,6 +28,21 @@ def pair_accuracy(learned: Array, true: Array, pairs: npt.NDArray[np.integer[Any
     if not told.any():
         return float("nan")
     return float(np.mean(np.sign(learned_gap[told]) == np.sign(true_gap[told])))
+
+
+def calibration_error(probabilities: Array, outcomes: Array, bins: int = 10) -> float:
+    """Expected calibration error: by how much predicted and seen frequencies differ.
+
+    Σ_b n_b / N · |mean predicted − mean seen| over bins of equal width (Guo et al. 2017).
+
+    Args:
+        probabilities: (N,) P[σ₁ ≻ σ₂] as predicted.
+        outcomes: (N,) 1 where σ₁ is better, 0 where σ₂ is, ½ for a tie.
+        bins: of equal width over [0, 1].
+    """
+    bin_of = np.clip((probabilities * bins).astype(np.int64), 0, bins - 1)
+    gaps = np.bincount(bin_of, weights=probabilities - outcomes, minlength=bins)
+    return float(np.abs(gaps).sum() / len(probabilities))
 
 
 def step_correlation(learned: Array, true: Array) -> float:
@@ -50,6 +66,27 @@ def saturation(learned: Array, bound: float = 0.95) -> float:
         bound: beyond which |r̂| counts.
     """
     return float(np.mean(np.abs(np.asarray(learned, dtype=float)) > bound))
+
+
+def reward_quality(
+    learned: Array, pool: SegmentPool, pairs: npt.NDArray[np.integer[Any]]
+) -> dict[str, float | None]:
+    """How well r̂ orders held-out segments and their steps; None where a measure has no value.
+
+    Args:
+        learned: (S, m) r̂ along the pool's segments, anything past their real steps.
+        pool: the segments.
+        pairs: (P, 2) which of them are compared.
+    """
+    learned = np.where(pool.mask, learned, 0.0).astype(float)
+    steps, true = learned[pool.mask], pool.rewards[pool.mask]
+    numbers = {
+        "pair_accuracy": pair_accuracy(learned.sum(axis=1), pool.returns, pairs),
+        "pearson": step_correlation(steps, true),
+        "spearman": rank_correlation(steps, true),
+        "saturation": saturation(steps),
+    }
+    return {name: as_json(value) for name, value in numbers.items()}
 
 
 def action_distance(first: Array, second: Array) -> Array:

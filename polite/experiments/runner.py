@@ -30,6 +30,7 @@ Report = Callable[[float], None]
 Work = Callable[[Report], dict[str, Any]]
 """A task's work: importable, its result plain data."""
 
+_BARS = 20  # of more tasks than a screen has room for only the running ones are shown
 _LISTEN_EVERY = 0.1  # seconds
 _LISTENER_STOPS_WITHIN = 5.0  # seconds
 _messages: SimpleQueue[tuple[str, float]] | None = None
@@ -68,6 +69,7 @@ class Runner:
         self._folder = folder
         self._progress = progress
         self._bars: dict[str, TaskID] = {}
+        self._many = False
         context = multiprocessing.get_context("spawn")
         self._messages: SimpleQueue[tuple[str, float]] = context.SimpleQueue()
         self._pool = ProcessPoolExecutor(cores(), context, _start_worker, (self._messages,))
@@ -105,8 +107,11 @@ class Runner:
 
     def _work(self, tasks: list[Task]) -> None:
         """Do tasks, as many at once as there are workers."""
+        self._many = len(tasks) > _BARS
         for task in tasks:
-            self._bars[task.name] = self._progress.add_task(task.says, total=1.0, start=False)
+            self._bars[task.name] = self._progress.add_task(
+                task.says, total=1.0, start=False, visible=not self._many
+            )
         try:
             with single_threaded():
                 futures = [self._pool.submit(_do, self._folder, task) for task in tasks]
@@ -130,7 +135,8 @@ class Runner:
             while not self._messages.empty():
                 name, share = self._messages.get()
                 self._progress.start_task(self._bars[name])
-                self._progress.update(self._bars[name], completed=share)
+                shown = not self._many or share < 1.0
+                self._progress.update(self._bars[name], completed=share, visible=shown)
 
 
 def make_progress() -> Progress:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from polite.analysis.numbers import as_json
-from polite.analysis.quality import pair_accuracy, rank_correlation, saturation, step_correlation
+from polite.analysis.quality import reward_quality
 from polite.methods.preference_learning import Learned, MakeEnv
 from polite.policies.policy import Policy
 from polite.rewards.network import RewardModel, predict
@@ -50,17 +49,8 @@ def _quality(
 ) -> dict[str, float | None]:
     rng = np.random.default_rng(seed)
     pool = _fresh_segments(make_env, policy, rng)
-    rewards = predict(model, pool.observations, pool.actions).astype(np.float64)
-    returns = np.where(pool.mask, rewards, 0.0).sum(axis=1)
     pairs = np.array([(q.first, q.second) for q in uniform_pairs(PAIRS, rng, pool)])
-    learned, true = rewards[pool.mask], pool.rewards[pool.mask]
-    numbers = {
-        "pair_accuracy": pair_accuracy(returns, pool.returns, pairs),
-        "pearson": step_correlation(learned, true),
-        "spearman": rank_correlation(learned, true),
-        "saturation": saturation(learned),
-    }
-    return {name: as_json(value) for name, value in numbers.items()}
+    return reward_quality(predict(model, pool.observations, pool.actions), pool, pairs)
 
 
 def _fresh_segments(make_env: MakeEnv, policy: Policy, rng: np.random.Generator) -> SegmentPool:

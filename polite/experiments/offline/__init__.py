@@ -1,0 +1,1 @@
+"""Forms of highlights compared without reinforcement learning: fixed segments, many seeds."""

@@ -1,0 +1,87 @@
+"""What the offline bench compares: readings of a highlight, and what goes with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from polite.methods.presets import EnvPreset
+from polite.rewards.network import FAST, RewardNetConfig
+from polite.rewards.trainer import RewardTrainingConfig
+from polite.teachers.noise import HighlightNoise
+
+EPOCHS, STEP_SIZE = 100, 1e-3
+"""All answers are there at once, so a larger step for fewer passes than in the ten sessions."""
+NOISE = HighlightNoise(miss_probability=0.3, wrong_sign_probability=0.1, shift_probability=0.3)
+"""Three in ten highlights missed, as many beside their moment, one answer in ten upside down."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One way to learn from highlights."""
+
+    says: str
+    """What it is, in a few words."""
+    form: str | None
+    """A name in `HIGHLIGHT_LOSSES`; None for preferences alone."""
+    alpha: float | None = 1.0
+    """Weight of both signs; None for the paper's α of the env."""
+    unusual: bool = True
+    """Whether the oracle marks what is unusual among the segments (`QuantileOracle`), or what is
+    past the release's thresholds."""
+    windows: int = 1
+    """Most highlights of each sign that an answer carries."""
+    members: int = 1
+    """Reward networks, whose mean is judged."""
+    net: RewardNetConfig = FAST
+    """Shape of the reward network."""
+    noise: HighlightNoise = field(default_factory=HighlightNoise)
+    """How often highlights go wrong."""
+    shuffled: bool = False
+    """Whether the highlights are dealt out anew among the answers: a null model."""
+
+    @property
+    def ranked(self) -> bool:
+        """Whether it has one highlight a sign, one network and a careful teacher, as the others."""
+        plain = self.windows == self.members == 1 and not self.shuffled
+        return plain and self.noise == HighlightNoise()
+
+    def training(self, preset: EnvPreset) -> RewardTrainingConfig:
+        """How its reward model is trained in an env."""
+        config = replace(preset.training, epochs=EPOCHS, learning_rate=STEP_SIZE)
+        if self.form is None:
+            return replace(config, alpha_positive=0.0, alpha_negative=0.0)
+        config = replace(config, highlights=self.form)
+        if self.alpha is None:
+            return config
+        return replace(config, alpha_positive=self.alpha, alpha_negative=self.alpha)
+
+
+LINEAR = replace(FAST, output="linear")
+BASELINE: Final = "preferences"
+CANDIDATES: Final[Mapping[str, Candidate]] = {
+    BASELINE: Candidate("preferences alone", None),
+    "paper": Candidate("Eqs. 4 and 5, the paper's α, released thresholds", "paper", None, False),
+    "paper-unusual": Candidate("Eqs. 4 and 5, the paper's α, unusual moments", "paper", None),
+    "paper-alpha-1": Candidate("Eqs. 4 and 5 with α = 1, released thresholds", "paper", 1.0, False),
+    "paper-summed": Candidate("Eqs. 4 and 5 summed: α scaled by the data", "paper-summed"),
+    "target": Candidate("soft target for the window's mean r̂", "target"),
+    "margin": Candidate("margin of the window over its segment", "margin"),
+    "segment": Candidate("comparison with the mean of its segment", "segment"),
+    "rival": Candidate("comparison with windows of other segments", "rival"),
+    "choice": Candidate("choice among the segment's windows, unusual moments", "choice"),
+    "choice-released": Candidate("the same, released thresholds", "choice", unusual=False),
+    "choice-rival": Candidate("choice, and comparison with other segments", "choice-rival"),
+    "choice-two": Candidate("choice, up to two highlights a sign", "choice", windows=2),
+    "choice-linear": Candidate("choice, linear output", "choice", net=LINEAR),
+    "preferences-linear": Candidate("preferences alone, linear output", None, net=LINEAR),
+    "choice-ensemble": Candidate("choice, mean of three networks", "choice", members=3),
+    "preferences-ensemble": Candidate("preferences alone, mean of three networks", None, members=3),
+    "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=NOISE),
+    "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=NOISE),
+    "choice-shuffled": Candidate("choice, highlights that say nothing", "choice", shuffled=True),
+}
+"""By name; the first is what the others are compared with."""
+LADDER: Final = (BASELINE, "paper", "choice")
+"""The candidates that are compared at every budget."""
