@@ -178,6 +178,7 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("ground-truth", **_SMOKE),
                     *_cell("untrained", **_SMOKE),
                     *_cell("polite", 20, **_SMOKE),
+                    *_cell("polite", 20, form="choice", **_SMOKE),
                     *_cell("preferences", 20, **_SMOKE),
                     *_cell("highlights", 20, **_SMOKE),
                     *_cell("pebble", 20, preset="smoke", steps=1_500, envs=("Walker2d-v5",)),

@@ -19,7 +19,12 @@ from polite.experiments.benchmark.record import (
     final_return,
     highlighted_reward,
 )
-from polite.experiments.benchmark.settings import PEBBLE, env_maker, learning_config, pebble_config
+from polite.experiments.benchmark.settings import (
+    PEBBLE,
+    env_maker,
+    learning_config,
+    pebble_settings,
+)
 from polite.experiments.judge import judge
 from polite.experiments.workers import one_torch_thread
 from polite.files import one_line
@@ -91,7 +96,7 @@ def _learn_by_ppo(run: Run, live: Live) -> tuple[Learned, MakeEnv]:
 
 def _learn_by_pebble(run: Run, checkpoint: Path, live: Live) -> tuple[Learned, MakeEnv]:
     """Hours long, so it goes on from its last session if it was stopped."""
-    config, preset = pebble_config(run)
+    config, preset = pebble_settings(run)
     make_env = env_maker(run, preset)
     learned = learn_pebble(
         make_env, preset.make_teacher, config, run.seed, live.report, checkpoint, live.follow

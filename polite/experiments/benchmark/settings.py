@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
 from polite.methods.config import METHODS, LearningConfig, Schedule
-from polite.methods.pebble_config import PebbleConfig, PebbleSchedule
+from polite.methods.pebble_config import PebbleConfig, pebble_config
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
 from polite.policies.sac import SacConfig
@@ -30,6 +30,7 @@ PEBBLE_TRAINING: Final = RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
 """How PEBBLE's reward models are trained (B-Pref) in every env."""
 FEEDBACK_LOSS: Final = (
     "preference",
+    "highlights",
     "highlight_length",
     "highlight_decay",
     "alpha_positive",
@@ -38,9 +39,8 @@ FEEDBACK_LOSS: Final = (
 """What they take from the env's preset and the run: the loss."""
 SMOKE: Final = Schedule(first_epochs=50, later_epochs=20)
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
-    "schedule": PebbleSchedule(unsupervised_steps=250, sessions=3, interval=400),
     "net": FAST,
-    "sac": SacConfig(hidden=(32, 32), batch_size=64, random_steps=250),
+    "sac": SacConfig(hidden=(32, 32), batch_size=64),
 }
 """What ends in seconds, to see that it runs."""
 
@@ -64,7 +64,7 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
     return config, preset
 
 
-def pebble_config(run: Run) -> tuple[PebbleConfig, EnvPreset]:
+def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     """How a run is trained by PEBBLE, and what is set for its env.
 
     Raises:
@@ -72,9 +72,9 @@ def pebble_config(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     """
     preset = env_preset(run)
     chosen = {name: getattr(preset.training, name) for name in FEEDBACK_LOSS}
-    config = PebbleConfig(
-        queries=run.queries,
-        steps=run.steps,
+    config = pebble_config(
+        run.queries,
+        run.steps,
         method=METHODS[PEBBLE[run.method]],
         training=replace(PEBBLE_TRAINING, **chosen),
         **(SMOKE_PEBBLE if run.preset == "smoke" else {}),

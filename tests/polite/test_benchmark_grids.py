@@ -1,0 +1,295 @@
+"""A grid as a whole: failures, what is shown of it, and what becomes of its folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from polite.dataset import Feedback
+from polite.experiments.benchmark import board, drive
+from polite.experiments.benchmark.board import Board, one_line, view
+from polite.experiments.benchmark.drive import benchmark, run_grid
+from polite.experiments.benchmark.grid import Run, planned
+from polite.experiments.benchmark.live import live_path
+from polite.experiments.benchmark.page import holds_grid, identity
+from polite.experiments.benchmark.record import (
+    KEYS,
+    answers_part,
+    curve_of,
+    final_return,
+    highlighted_reward,
+    read_record,
+    read_records,
+    record_path,
+)
+from polite.experiments.benchmark.run import Outcome, carry_out
+from polite.experiments.benchmark.settings import env_preset, learning_config, pebble_settings
+from polite.experiments.benchmark.standing import failure_path, standing, times_path
+from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.run_folder import claim_folder
+from polite.files import write_json
+from polite.types import (
+    FIRST,
+    SECOND,
+    UNRELATED,
+    Answer,
+    Highlight,
+    PoliteError,
+    Query,
+    Segment,
+    SegmentPool,
+)
+
+FIRST_RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1000)
+RUNS = [replace(FIRST_RUN, seed=seed) for seed in range(4)]
+EPISODES = [{"step": s, "return": r, "length": 5.0} for s, r in ((50.0, 1.0), (95.0, 3.0))]
+
+
+def record_of(run: Run) -> dict[str, Any]:
+    rest: dict[str, Any] = dict.fromkeys(KEYS)
+    return rest | {"run": run.as_dict()}
+
+
+def outcome_of(run: Run, _: Path) -> Outcome:
+    """A run that takes no time; seed 1 fails."""
+    if run.seed == 1:
+        return Outcome(None, {}, {}, failure="it did not work", details="line 1\nline 2")
+    return Outcome(record_of(run), {"policy.pt": b"weights"}, {"total": 10.0 + run.seed})
+
+
+class Here:
+    """An engine that calls at once; the process of the run with seed 2 dies."""
+
+    def __init__(self) -> None:
+        self.runs: list[Run] = []
+
+    def submit(self, _: Callable[..., Any], run: Run, folder: Path) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.runs.append(run)
+        if run.seed == 2:
+            future.set_exception(BrokenProcessPool("terminated abruptly"))
+        else:
+            future.set_result(outcome_of(run, folder))
+        return future
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    claim_folder(tmp_path / "run", identity("fast"), False)
+    return tmp_path / "run"
+
+
+def test_a_failing_run_and_a_dead_process_stop_no_other(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failures = run_grid(folder, RUNS, Here())
+    assert set(failures) == {RUNS[1], RUNS[2]}
+    assert read_records(folder, RUNS) == [record_of(RUNS[0]), record_of(RUNS[3])]
+    assert failure_path(folder, RUNS[1]).read_text() == "it did not work\n\nline 1\nline 2"
+    assert "memory" in failure_path(folder, RUNS[2]).read_text()
+    assert (folder / "models" / RUNS[0].name / "policy.pt").read_bytes() == b"weights"
+    told = capsys.readouterr().err
+    assert f"failed: {RUNS[1].name}: it did not work" in told
+    assert "2 of 4 runs done, 0 running, 0 left, 2 failed" in told
+
+
+def test_only_what_has_no_sound_record_is_run_again(folder: Path) -> None:
+    run_grid(folder, RUNS, Here())
+    record_path(folder, RUNS[3]).write_text("{")
+    write_json(record_path(folder, RUNS[0]), record_of(RUNS[1]))
+    other = record_path(folder, replace(FIRST_RUN, seed=9))
+    write_json(other, {"kept": True})
+    write_json(live_path(folder, RUNS[0]), {"left": "by a run that was killed"})
+    again = Here()
+    assert set(run_grid(folder, RUNS, again)) == {RUNS[1], RUNS[2]}
+    assert again.runs == RUNS
+    last = Here()
+    run_grid(folder, RUNS, last)
+    assert last.runs == RUNS[1:3]
+    assert read_record(folder, RUNS[3]) == record_of(RUNS[3])
+    assert json.loads(other.read_text()) == {"kept": True}
+    assert not any((folder / "live").iterdir())
+
+
+def test_an_error_within_a_run_is_its_outcome(tmp_path: Path) -> None:
+    outcome = carry_out(replace(FIRST_RUN, variant="on-the-moon"), tmp_path)
+    assert outcome.record is None
+    assert outcome.failure is not None and "on-the-moon" in outcome.failure
+    assert "Traceback" in outcome.details
+
+
+def begin(folder: Path) -> None:
+    """Of four runs one is done, one failed, one is running, one waits."""
+    write_json(record_path(folder, RUNS[0]), record_of(RUNS[0]))
+    write_json(times_path(folder, RUNS[0]), {"total": 100.0})
+    failure_path(folder, RUNS[1]).parent.mkdir()
+    failure_path(folder, RUNS[1]).write_text("no")
+    content = {"says": "training the policy", "share": 0.25, "seconds": 40.0}
+    write_json(live_path(folder, RUNS[2]), content | {"curve": {"return": [1.0, 1234.0]}})
+
+
+def test_how_far_a_grid_is_can_be_read_from_its_folder(folder: Path) -> None:
+    begin(folder)
+    now = standing(folder, RUNS)
+    assert (now.total, now.done, now.left) == (4, 1, 1)
+    assert now.failed == (RUNS[1],)
+    assert [item.run for item in now.running] == [RUNS[2]]
+    assert now.seconds_left == 100.0 + 60.0  # one process does the rest of one run, then another
+    text = "1 of 4 runs done, 1 running, 1 left, 1 failed; time to go 0:02:40"
+    assert one_line(now) == text
+    console = Console(file=StringIO(), width=200)
+    console.print(view(now))
+    shown = console.file.getvalue()  # type: ignore[attr-defined]
+    for part in (text, RUNS[2].name, "25%", "1,234", "training the policy", RUNS[1].name):
+        assert part in shown
+
+
+def test_a_new_cell_takes_as_long_as_the_likest_one_that_is_known(folder: Path) -> None:
+    slow, quick = replace(FIRST_RUN, env="HalfCheetah-v5"), FIRST_RUN
+    for run, seconds in ((slow, 300.0), (quick, 100.0)):
+        write_json(record_path(folder, run), record_of(run))
+        write_json(times_path(folder, run), {"total": seconds})
+
+    def left(run: Run) -> float | None:
+        write_json(
+            live_path(folder, run), {"says": "", "share": 0, "seconds": 0, "curve": {"return": []}}
+        )
+        now = standing(folder, [slow, quick, run])
+        live_path(folder, run).unlink()
+        return now.seconds_left
+
+    assert left(replace(slow, seed=1)) == 300.0
+    assert left(replace(quick, queries=400)) == 100.0
+    assert left(replace(quick, env="Hopper-v5")) == 200.0
+    assert left(replace(quick, env="Hopper-v5", method="pebble")) == 200.0
+
+
+def test_status_prints_and_changes_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = planned("fast")[0]
+    write_json(record_path(folder, run), record_of(run))
+    before = sorted(folder.rglob("*"))
+    config = BenchmarkConfig(out=folder, status=True, seeds=(0,), method=("ground-truth",))
+    assert benchmark(config) == folder
+    assert "1 of 3 runs done" in capsys.readouterr().out
+    assert sorted(folder.rglob("*")) == before
+    with pytest.raises(PoliteError, match="preset smoke"):
+        benchmark(replace(config, preset="smoke"))
+    with pytest.raises(PoliteError, match=r"run\.json"):
+        benchmark(replace(config, out=folder / "runs"))
+
+
+def test_without_a_terminal_a_line_is_printed_now_and_then(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin(folder)
+    clock = iter([0.0, 0.0, 29.0, 31.0, 31.0, 40.0, 40.0])
+    monkeypatch.setattr(board.time, "monotonic", lambda: next(clock))
+    console = Console(file=StringIO(), width=200)
+    with Board(lambda: standing(folder, RUNS), console) as shown:
+        for _ in range(3):
+            shown.update()
+    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert len(lines) == 3  # at once, after half a minute, and at the end
+    assert set(lines) == {one_line(standing(folder, RUNS))}
+
+
+def test_a_folder_takes_further_parts_of_the_same_preset_only(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Engine(Here):
+        def __enter__(self) -> Engine:
+            return self
+
+        def __exit__(self, *_: object) -> None: ...
+
+    engine = Engine()
+    monkeypatch.setattr(drive, "engine_of", lambda _: engine)
+    monkeypatch.setattr(drive, "report_grid", lambda folder: folder / "report.html")
+    config = BenchmarkConfig(out=folder, method=("ground-truth",), seeds=(3, 4), stage=(1,))
+    with pytest.raises(PoliteError, match="--resume"):
+        benchmark(config)
+    with pytest.raises(PoliteError, match="other settings"):
+        benchmark(BenchmarkConfig(out=folder, preset="paper", resume=True))
+    assert not engine.runs
+    assert benchmark(replace(config, resume=True)) == folder / "report.html"
+    benchmark(replace(config, resume=True, seeds=(0,)))
+    assert [run.seed for run in engine.runs] == [3, 3, 4, 4, 0, 0]
+    assert len(list((folder / "runs").iterdir())) == 6
+    with pytest.raises(PoliteError, match="2 of 2 runs failed"):
+        benchmark(replace(config, resume=True, seeds=(1,)))
+    assert holds_grid(folder) and not holds_grid(folder / "runs")
+
+
+@pytest.mark.parametrize("preset", ["smoke", "fast", "paper"])
+def test_every_run_of_a_grid_has_settings(preset: str) -> None:
+    for run in planned(preset):
+        if run.method == "pebble":
+            config, _ = pebble_settings(run)
+            assert config.training.preference == run.loss
+        else:
+            learning, env = learning_config(run)
+            assert (learning.queries, learning.steps) == (run.queries, run.steps)
+            assert run.loss in (None, learning.training.preference)
+            assert run.highlights in (None, learning.training.highlights)
+            assert (run.variant == "no-termination") == ("terminate_when_unhealthy" in env.settings)
+        assert env_preset(run).oracle is not None
+
+
+def feedback() -> Feedback:
+    """Segments of three 1s, three 2s and two 3s: returns 3, 6 and 6."""
+    segments = [_constant(3, 1.0), _constant(3, 2.0), _constant(2, 3.0)]
+    mark = Highlight(end=1, length=0)
+    answers = [
+        Answer(0, SECOND, positive=mark),
+        Answer(1, SECOND, positive=mark, negative=mark),
+        Answer(2, FIRST),
+        Answer(3, UNRELATED),
+    ]
+    queries = [Query(0, 1), Query(1, 2), Query(0, 2), Query(0, 1)]
+    return Feedback(SegmentPool.stack(segments, 3), queries, answers)
+
+
+def _constant(steps: int, reward: float) -> Segment:
+    rows = np.zeros((steps, 1))
+    return Segment(rows, rows, np.full(steps, reward), rows, trajectory=0, start=0)
+
+
+def test_answers_are_counted_and_compared_with_the_true_returns() -> None:
+    assert answers_part(feedback()) == {
+        "asked": 4,
+        "no_preference": 1,
+        "positive": 2,
+        "negative": 1,
+        "label_accuracy": 0.5,  # the first is right, the third wrong, the second has no winner
+    }
+    assert answers_part(None)["label_accuracy"] is None
+
+
+def test_the_reward_of_highlighted_steps_is_the_true_one() -> None:
+    # The first answer marks a step of the segment of twos (3 steps), the second one of the threes.
+    assert highlighted_reward(feedback()) == {
+        "positive": 2.5,
+        "negative": 3.0,
+        "all": (3 * 2.0 + 2 * 3.0) / 5,
+    }
+
+
+def test_the_final_return_is_that_of_the_last_tenth() -> None:
+    assert final_return(EPISODES, 100) == 3.0
+    assert final_return(EPISODES, 1000) == 3.0  # none ended in the last tenth: the very last one
+    assert final_return([*EPISODES, EPISODES[1] | {"return": 5.0}], 100) == 4.0
+    assert final_return([], 100) is None
+    assert curve_of(EPISODES, 100)["return"] == [1.0, 3.0]
+    assert curve_of([], 100) == {"steps": [], "episodes": [], "return": [], "length": []}

@@ -1,0 +1,148 @@
+"""A grid's runs in processes of their own: their records, and going on after a kill."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from polite.experiments.benchmark.drive import run_grid
+from polite.experiments.benchmark.engines import LocalEngine
+from polite.experiments.benchmark.grid import Run
+from polite.experiments.benchmark.page import identity
+from polite.experiments.benchmark.record import KEYS, read_record, record_path
+from polite.experiments.benchmark.standing import times_path
+from polite.experiments.run_folder import claim_folder
+
+POINT = "registered_envs:Point-v0"
+TRUE = Run(POINT, "ground-truth", 0, None, None, "smoke", 2048)
+POLITE = Run(POINT, "polite", 10, "pairwise", "paper", "smoke", 2048)
+PEBBLE = Run(POINT, "pebble", 10, "pairwise", None, "smoke", 300)
+RUNS = [POLITE, TRUE, PEBBLE]
+DEADLINE = 120.0
+"""Seconds after which something hangs."""
+
+DIES = """
+import os, sys
+from pathlib import Path
+from polite.experiments.benchmark import drive
+from polite.experiments.benchmark.engines import LocalEngine
+from polite.experiments.benchmark.standing import standing
+from test_benchmark_runs import RUNS
+
+folder, pattern, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+
+def look(folder, runs):
+    if list(folder.glob(pattern)):
+        os.kill(os.getpid(), number)
+    return standing(folder, runs)
+
+if __name__ == "__main__":
+    drive.UPDATE_EVERY, drive.standing = 0.02, look
+    drive.Board.update = lambda self: self._look()
+    with LocalEngine(1) as engine:
+        drive.run_grid(folder, RUNS, engine)
+"""
+"""A driver that is killed as soon as its folder has a file."""
+
+
+def go(folder: Path) -> None:
+    """Run what is left in this process's workers."""
+    with LocalEngine(2) as engine:
+        assert run_grid(folder, RUNS, engine) == {}
+
+
+def records(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in sorted((folder / "runs").iterdir())}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("grid") / "run"
+    claim_folder(folder, identity("smoke"), False)
+    go(folder)
+    return folder
+
+
+def found(folder: Path, run: Run) -> dict[str, Any]:
+    record = read_record(folder, run)
+    assert record is not None
+    return record
+
+
+def test_every_run_leaves_one_record_and_its_models(finished: Path) -> None:
+    assert list(records(finished)) == sorted(f"{run.name}.json" for run in RUNS)
+    for run in RUNS:
+        record = found(finished, run)
+        assert record.keys() == KEYS
+        assert record["run"] == run.as_dict()
+        assert record["policy_steps"] >= run.steps
+        assert set(record["curve"]["length"]) == {20.0}
+        assert record["answers"]["asked"] == run.queries
+        names = {path.name for path in (finished / "models" / run.name).iterdir()}
+        assert names == {"policy.pt"} | ({"reward.pt"} if run is not TRUE else set())
+    assert not any((finished / "live").iterdir())
+    assert not any((finished / "checkpoints").iterdir())
+
+
+def test_the_parts_of_a_run_take_all_of_its_time(finished: Path) -> None:
+    for run in RUNS:
+        times = json.loads(times_path(finished, run).read_text("utf-8"))
+        assert {"training the policy", "judging the policy", "cpu"} < times.keys()
+        parts = sum(seconds for name, seconds in times.items() if name not in ("total", "cpu"))
+        assert parts == pytest.approx(times["total"], rel=0.01)
+
+
+def test_a_record_tells_what_the_answers_and_the_reward_are_worth(finished: Path) -> None:
+    record = found(finished, POLITE)
+    for part in (record["quality"]["early"], record["quality"]["late"]):
+        assert part.keys() == {"pair_accuracy", "pearson", "spearman", "saturation"}
+        assert part["pair_accuracy"] > 0.5  # the reward is nothing but the place
+    assert record["quality"]["highlighted_reward"].keys() == {"positive", "negative", "all"}
+    assert 0.5 < record["answers"]["label_accuracy"] <= 1.0
+    assert record["evaluation"]["episodes"] == 20
+    assert found(finished, TRUE)["quality"] is None
+    assert found(finished, TRUE)["answers"]["label_accuracy"] is None
+    assert found(finished, PEBBLE)["quality"]["highlighted_reward"] is None
+
+
+@pytest.mark.parametrize(
+    ("run", "pattern", "number"),
+    [
+        (POLITE, "live/[!.]*polite*.json", signal.SIGKILL),
+        (PEBBLE, "checkpoints/[!.]*.pt", signal.SIGINT),
+    ],
+)
+def test_a_grid_that_is_killed_ends_with_the_same_records(
+    finished: Path, tmp_path: Path, run: Run, pattern: str, number: int
+) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(finished, folder)
+    record_path(folder, run).unlink()
+    before = {path: path.stat().st_mtime_ns for path in (folder / "runs").iterdir()}
+    died = subprocess.run(
+        [sys.executable, "-W", "error", "-c", DIES, str(folder), pattern, str(int(number))],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE,
+        check=False,
+    )
+    assert died.returncode == -number, died.stderr
+    assert not record_path(folder, run).exists()
+    assert list(folder.glob(pattern))
+    claim_folder(folder, identity("smoke"), True)
+    go(folder)
+    assert records(folder) == records(finished)
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    assert not any((folder / "live").iterdir())
+    if run is PEBBLE:  # it went on after its first session, and did not explore once more
+        times = json.loads(times_path(folder, run).read_text("utf-8"))
+        assert "gathering new states" not in times
