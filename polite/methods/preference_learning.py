@@ -1,8 +1,8 @@
 """A policy learns from a reward model, and the reward model from a teacher, by turns.
 
-The schedule is that of POLITE's synthetic experiments (Holk, Marta, Leite, ICRA 2024, and the
-released code): feedback sessions in the first part of the training, after each of which the same
-reward model is trained on with all answers so far; then it stays as it is.
+As in POLITE's synthetic experiments (Holk, Marta, Leite, ICRA 2024, and the released code), the
+same reward model is trained on after each feedback session with all answers so far, and stays as it
+is after the last one. When sessions are held, about which pairs, and who answers is passed in.
 """
 
 from __future__ import annotations
