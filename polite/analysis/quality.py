@@ -69,7 +69,7 @@ def saturation(learned: Array, bound: float = 0.95) -> float:
 
 
 def reward_quality(
-    learned: Array, pool: SegmentPool, pairs: npt.NDArray[np.integer[Any]]
+    learned: npt.NDArray[np.floating[Any]], pool: SegmentPool, pairs: npt.NDArray[np.integer[Any]]
 ) -> dict[str, float | None]:
     """How well r̂ orders held-out segments and their steps; None where a measure has no value.
 
@@ -78,10 +78,10 @@ def reward_quality(
         pool: the segments.
         pairs: (P, 2) which of them are compared.
     """
-    learned = np.where(pool.mask, learned, 0.0).astype(float)
-    steps, true = learned[pool.mask], pool.rewards[pool.mask]
+    real = np.where(pool.mask, learned, 0.0).astype(float)
+    steps, true = real[pool.mask], pool.rewards[pool.mask]
     numbers = {
-        "pair_accuracy": pair_accuracy(learned.sum(axis=1), pool.returns, pairs),
+        "pair_accuracy": pair_accuracy(real.sum(axis=1), pool.returns, pairs),
         "pearson": step_correlation(steps, true),
         "spearman": rank_correlation(steps, true),
         "saturation": saturation(steps),

@@ -57,8 +57,8 @@ def draw_ladder(ax: Axes, rows: Rows, stage: str, measure: str, ylabel: str) -> 
         own = sorted((r for r in rows if r["candidate"] == name), key=lambda r: int(r["queries"]))
         if own:
             parts = [row[stage][measure] for row in own]
-            columns = ([part[key] for part in parts] for key in ("mean", "low", "high"))
-            draw_band(ax, [row["queries"] for row in own], *columns, look)
+            mean, low, high = ([part[key] for part in parts] for key in ("mean", "low", "high"))
+            draw_band(ax, [row["queries"] for row in own], mean, low, high, look)
     budgets = sorted({int(row["queries"]) for row in rows if row["candidate"] in LADDER_LOOKS})
     ax.set_xscale("log", base=2)
     ax.set_xticks(budgets, [str(budget) for budget in budgets])

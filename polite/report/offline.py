@@ -49,12 +49,13 @@ def write_offline_report(folder: Path, results: Results) -> Path:
         The page; it needs no other file.
     """
     pictures = _draw(folder, results)
-    for name, text in (
-        ("table.md", as_markdown(results)),
-        ("report.html", _page(results, pictures)),
-    ):
-        write_atomically(folder / name, lambda path, text=text: path.write_text(text, "utf-8"))
+    _write(folder / "table.md", as_markdown(results))
+    _write(folder / "report.html", _page(results, pictures))
     return folder / "report.html"
+
+
+def _write(path: Path, text: str) -> None:
+    write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def holds_bench(folder: Path) -> bool:
@@ -181,5 +182,5 @@ def _ladder(results: Results) -> Figure:
 
 
 def _deciding(results: Results, env: str) -> int:
-    budgets = [r["queries"] for r in results["rows"] if r["env"] == env]
+    budgets = [int(r["queries"]) for r in results["rows"] if r["env"] == env]
     return max(budget for budget in budgets if budget <= DECIDING_BUDGET)

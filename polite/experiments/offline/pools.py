@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from functools import partial
 from math import ceil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -83,8 +84,7 @@ def build_pools(config: PoolConfig, seed: int, folder: Path, report: Report) -> 
     env.close()
     pools = {name: join_pools(pieces) for name, pieces in parts.items()}
     for name, pool in pools.items():
-        arrays = {field.name: getattr(pool, field.name) for field in fields(pool)}
-        write_atomically(pool_path(folder, config.env, name), partial(_save, arrays))
+        write_atomically(pool_path(folder, config.env, name), partial(_save, pool))
     return {name: float(pool.returns.mean()) for name, pool in pools.items()}
 
 
@@ -102,7 +102,8 @@ def pool_path(folder: Path, env: str, name: str) -> Path:
     return folder / "pools" / f"{env}-{name}.npz"
 
 
-def _save(arrays: dict[str, np.ndarray], path: Path) -> None:
+def _save(pool: SegmentPool, path: Path) -> None:
+    arrays: dict[str, Any] = {field.name: getattr(pool, field.name) for field in fields(pool)}
     np.savez_compressed(path, **arrays)
 
 
