@@ -154,10 +154,12 @@ def test_padding_does_not_change_what_is_learned():
     assert torch.equal(parameters(trained()), parameters(trained(data=replace(DATA, inputs=junk))))
 
 
-def test_no_expressed_preference_at_all_leaves_the_net_as_it_was():
+@pytest.mark.parametrize("form", ["pairwise", "released"])
+def test_no_expressed_preference_at_all_leaves_the_net_as_it_was(form):
     answers = [Answer(0, (0.0, 0.0)), Answer(1, (0.0, 0.0))]
     net, before = make_net(), parameters(make_net())
-    train_reward(net, stack_feedback(POOL, QUERIES, answers), QUICK, generator())
+    config = replace(QUICK, preference=form)
+    train_reward(net, stack_feedback(POOL, QUERIES, answers), config, generator())
     assert torch.equal(parameters(net), before)
 
 
