@@ -73,11 +73,14 @@ def test_steps_per_second_of_the_loop(benchmark, one_thread, tmp_path, monkeypat
         peer(json.dumps(brief))
         ours = benchmark.pedantic(run_ours, kwargs=loop, rounds=1)
         theirs = json.loads(peer(json.dumps(loop)))
-    rates = {
-        f"{kind} per second": [side[kind] / side["seconds"] for side in (ours, theirs)]
-        for kind in ("policy_steps", "env_steps")
+    faster = {
+        f"{kind} per second": ours[kind] / ours["seconds"] * theirs["seconds"] / theirs[kind]
+        for kind in ("env_steps", "policy_steps")
     }
-    ratios = {kind: mine / other for kind, (mine, other) in rates.items()}
-    benchmark.extra_info.update({"polite": ours, "imitation": theirs, "ratios": ratios})
-    print(f"\n{epochs} epochs: polite {ours}, imitation {theirs}, {ratios}")
-    assert min(ratios.values()) >= at_least
+    faster["whole loop"] = theirs["seconds"] / ours["seconds"]
+    benchmark.extra_info.update({"polite": ours, "imitation": theirs, "faster": faster})
+    print(f"\n{epochs} epochs: polite {ours}, imitation {theirs}, {faster}")
+    # All steps, those for collecting segments among them, and the same task by the clock. Per
+    # policy step imitation looks better than it is: it makes a fifth more of them than asked.
+    assert faster["env_steps per second"] >= at_least
+    assert faster["whole loop"] >= at_least
