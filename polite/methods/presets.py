@@ -9,11 +9,15 @@ from typing import Any, Final
 from polite.methods.history import Teacher
 from polite.methods.preference_learning import MakeTeacher
 from polite.policies.ppo import PpoConfig
+from polite.rewards.network import FAST, PAPER, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
 from polite.teachers.oracle import Oracle
 from polite.teachers.quantile import QUANTILES, QuantileOracle, moment_quantiles
 from polite.types import SegmentPool
 
+OWN_FORM = "choice"
+"""The form of the highlight loss that did best offline and is used unless the paper's is asked
+for."""
 TIE = 0.01
 """Tie threshold for such an env, as a share of the spread of the first segments' returns."""
 
@@ -32,12 +36,20 @@ class EnvPreset:
         default_factory=lambda: PpoConfig(num_envs=8, rollout=256, learning_rate=3e-4, log_std=0.0)
     )
     """The policy's training, chosen for a laptop's two cores."""
+    paper_ppo: PpoConfig | None = None
+    """The same with the paper's numbers; None where there are none."""
+    net: RewardNetConfig = FAST
+    """The reward model."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of the env."""
 
     marks_unusual: bool = False
     """Whether the oracle's highlight thresholds are quantiles of the segments that it is asked
     about, instead of the oracle's own."""
+
+    def as_in_paper(self) -> EnvPreset:
+        """The same with the paper's reward network and, where the paper has numbers, its PPO."""
+        return replace(self, net=PAPER, ppo=self.paper_ppo or self.ppo)
 
     def with_highlights(self, form: str) -> EnvPreset:
         """The same with a form of the highlight loss, a name in `HIGHLIGHT_LOSSES`.
@@ -88,10 +100,41 @@ PRESETS: Final[Mapping[str, EnvPreset]] = {
             activation="relu",
             log_std=-2.0,
         ),
+        paper_ppo=PpoConfig(
+            num_envs=1,
+            rollout=512,
+            batch_size=64,
+            epochs=20,
+            learning_rate=2.0633e-5,
+            anneal=False,
+            discount=0.98,
+            gae_lambda=0.92,
+            clip=0.1,
+            entropy=0.000401762,
+            value_coefficient=0.58096,
+            max_grad_norm=0.8,
+            hidden=(256, 256),
+            activation="relu",
+            log_std=-2.0,
+            orthogonal=False,
+        ),
     ),
     "Walker2d": EnvPreset(
         oracle=Oracle(tie_threshold=2.0, positive_threshold=1.0, negative_threshold=-1.0),
         training=RewardTrainingConfig(batch_size=64, highlight_length=5, alpha_negative=5.0),
+        paper_ppo=PpoConfig(
+            num_envs=1,
+            rollout=512,
+            batch_size=32,
+            epochs=20,
+            learning_rate=5.05041e-5,
+            anneal=False,
+            clip=0.1,
+            entropy=0.000585045,
+            value_coefficient=0.871923,
+            max_grad_norm=1.0,
+            log_std=0.0,
+        ),
     ),
 }
 """By the env's name without module and version."""

@@ -32,7 +32,9 @@ class PpoConfig:
     epochs: int = 10
     """Passes over a rollout."""
     learning_rate: float = 1e-3
-    """Adam's step size at the start; it falls linearly to 0."""
+    """Adam's step size at the start."""
+    anneal: bool = True
+    """Whether it falls linearly to 0 over the training, or stays."""
     discount: float = 0.99
     """gamma."""
     gae_lambda: float = 0.95
@@ -41,12 +43,18 @@ class PpoConfig:
     """Clip range of the probability ratio."""
     entropy: float = 0.0
     """Weight of the entropy bonus."""
+    value_coefficient: float = 0.5
+    """Weight of the value loss."""
+    max_grad_norm: float = 0.5
+    """Gradients are scaled down to this norm."""
     hidden: tuple[int, ...] = (64, 64)
     """Units of each hidden layer of policy and value network."""
     activation: Literal["tanh", "relu"] = "tanh"
     """Activation of the hidden layers."""
     log_std: float = -0.5
     """Logarithm of the initial standard deviation of actions."""
+    orthogonal: bool = True
+    """Whether the initial weights are orthogonal, or PyTorch's."""
 
 
 class PpoTrainer:
@@ -90,10 +98,13 @@ class PpoTrainer:
             gae_lambda=config.gae_lambda,
             clip_range=config.clip,
             ent_coef=config.entropy,
+            vf_coef=config.value_coefficient,
+            max_grad_norm=config.max_grad_norm,
             policy_kwargs={
                 "net_arch": list(config.hidden),
                 "activation_fn": torch.nn.Tanh if config.activation == "tanh" else torch.nn.ReLU,
                 "log_std_init": config.log_std,
+                "ortho_init": config.orthogonal,
                 # stable-baselines3's own epsilon; the fused step saves a twentieth of a training
                 "optimizer_kwargs": {"eps": 1e-5, "fused": True},
             },
@@ -136,6 +147,8 @@ class PpoTrainer:
 
     def _learning_rate(self, _: float) -> float:
         """Linear decay over the whole training, however many times `train` is called."""
+        if not self._config.anneal:
+            return self._config.learning_rate
         done = self._model.num_timesteps if hasattr(self, "_model") else 0
         return self._config.learning_rate * max(0.0, 1.0 - done / self._total_steps)
 

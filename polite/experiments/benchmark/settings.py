@@ -13,12 +13,12 @@ from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
-from polite.rewards.network import FAST, PAPER
+from polite.rewards.network import FAST
 from polite.rewards.trainer import RewardTrainingConfig
 from polite.types import InvalidValueError
 
-NETS: Final = {"smoke": FAST, "fast": FAST, "paper": PAPER}
-"""The reward model of each of the grid's presets."""
+PRESETS: Final = ("smoke", "fast", "paper")
+"""Of the grid; paper has the paper's reward network and PPO."""
 VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "": {},
     "no-termination": {"terminate_when_unhealthy": False},
@@ -57,7 +57,7 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         queries=run.queries,
         steps=run.steps,
         schedule=SMOKE if run.preset == "smoke" else Schedule(),
-        net=NETS[run.preset],
+        net=preset.net,
         training=preset.training,
         ppo=preset.ppo,
     )
@@ -88,11 +88,13 @@ def env_preset(run: Run) -> EnvPreset:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.preset not in NETS or run.variant not in VARIANTS:
+    if run.preset not in PRESETS or run.variant not in VARIANTS:
         raise InvalidValueError(
-            f"expected a preset of {tuple(NETS)} and a variant of {tuple(VARIANTS)}, got {run}"
+            f"expected a preset of {PRESETS} and a variant of {tuple(VARIANTS)}, got {run}"
         )
     preset = preset_of(run.env)
+    if run.preset == "paper":
+        preset = preset.as_in_paper()
     if run.highlights is not None:
         preset = preset.with_highlights(run.highlights)
     preset = replace(preset, settings={**preset.settings, **VARIANTS[run.variant]})
