@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rich.console import Console
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from polite.dataset import Feedback
 from polite.experiments.benchmark import board, drive
@@ -35,6 +36,7 @@ from polite.experiments.benchmark.record import (
 from polite.experiments.benchmark.run import Outcome, carry_out
 from polite.experiments.benchmark.settings import env_preset, learning_config, pebble_settings
 from polite.experiments.benchmark.standing import failure_path, standing, times_path
+from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
@@ -203,6 +205,39 @@ def test_without_a_terminal_a_line_is_printed_now_and_then(
     lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert len(lines) == 3  # at once, after half a minute, and at the end
     assert set(lines) == {one_line(standing(folder, RUNS))}
+
+
+def scalars(folder: Path, run: Run) -> dict[str, list[tuple[int, float]]]:
+    """What TensorBoard would show of a run: steps and values of each tag."""
+    found = EventAccumulator(str(folder / "tensorboard" / run.name))
+    found.Reload()
+    return {
+        tag: [(event.step, event.value) for event in found.Scalars(tag)]
+        for tag in found.Tags()["scalars"]
+    }
+
+
+def test_tensorboard_is_told_each_point_once(folder: Path) -> None:
+    done, running = RUNS[0], RUNS[2]
+    curve = {"steps": [10.0, 20.0, 30.0], "return": [1.0, 2.0, 4.0], "length": [5.0, 6.0, 7.0]}
+    begun = {name: values[:2] for name, values in curve.items()}
+    rest = {"curve": curve, "evaluation": {"return": 8.0}, "policy_steps": 32}
+    write_json(record_path(folder, done), record_of(done) | rest)
+    says = {"says": "", "share": 0.5, "seconds": 1.0}
+    write_json(live_path(folder, running), says | {"curve": begun})
+    for _ in range(2):  # the second time as after a kill: the unfinished run begins anew
+        with TensorBoard(folder, [done, running]) as log:
+            log.follow(standing(folder, RUNS))
+            log.follow(standing(folder, RUNS))
+            live_path(folder, running).unlink()
+            write_json(live_path(folder, running), says | {"curve": curve})
+            log.follow(standing(folder, RUNS))
+    whole = {
+        "true return": [(10, 1.0), (20, 2.0), (30, 4.0)],
+        "episode length": [(10, 5.0), (20, 6.0), (30, 7.0)],
+    }
+    assert scalars(folder, done) == whole | {"return of the finished policy": [(32, 8.0)]}
+    assert scalars(folder, running) == {tag: points[:2] for tag, points in whole.items()}
 
 
 def test_a_folder_takes_further_parts_of_the_same_preset_only(

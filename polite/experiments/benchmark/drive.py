@@ -5,8 +5,9 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
@@ -17,12 +18,15 @@ from polite.experiments.benchmark.live import live_path
 from polite.experiments.benchmark.page import identity, report_grid
 from polite.experiments.benchmark.record import read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
-from polite.experiments.benchmark.standing import failure_path, standing, times_path
+from polite.experiments.benchmark.standing import Standing, failure_path, standing, times_path
 from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.workers import cores
 from polite.files import one_line, read_json_object, write_atomically, write_json
 from polite.types import PoliteError
+
+if TYPE_CHECKING:
+    from polite.experiments.benchmark.tensorboard import TensorBoard
 
 UPDATE_EVERY = 2.0
 """Seconds between two looks at the running runs."""
@@ -41,8 +45,8 @@ def benchmark(config: BenchmarkConfig) -> Path:
     if config.status:
         return show_status(config.out, config.preset, runs)
     claim_folder(config.out, identity(config.preset), config.resume)
-    with engine_of(config) as engine:
-        failures = run_grid(config.out, runs, engine)
+    with log_of(config, runs) as log, engine_of(config) as engine:
+        failures = run_grid(config.out, runs, engine, log)
     page = report_grid(config.out)
     if failures:
         raise PoliteError(
@@ -67,6 +71,21 @@ def engine_of(config: BenchmarkConfig) -> Iterator[Engine]:
         yield cluster
 
 
+def log_of(
+    config: BenchmarkConfig, runs: Sequence[Run]
+) -> AbstractContextManager[TensorBoard | None]:
+    """Who is told the curves beside the records, if that was asked for."""
+    if not config.tensorboard:
+        return nullcontext()
+    try:
+        from polite.experiments.benchmark.tensorboard import TensorBoard
+    except ModuleNotFoundError as error:
+        raise PoliteError(
+            "--tensorboard needs it: pip install 'socialnav-polite[tensorboard]'"
+        ) from error
+    return TensorBoard(config.out, runs)
+
+
 def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
     """Print how far a grid is; nothing is changed.
 
@@ -80,7 +99,9 @@ def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
     return folder
 
 
-def run_grid(folder: Path, runs: Sequence[Run], engine: Engine) -> Mapping[Run, str]:
+def run_grid(
+    folder: Path, runs: Sequence[Run], engine: Engine, log: TensorBoard | None = None
+) -> Mapping[Run, str]:
     """Run those that have no record yet, and keep what comes back.
 
     Only this process writes records, one for each run, wherever it was done.
@@ -89,6 +110,7 @@ def run_grid(folder: Path, runs: Sequence[Run], engine: Engine) -> Mapping[Run, 
         folder: the grid's.
         runs: what to do, in this order.
         engine: does it.
+        log: is told the curves.
 
     Returns:
         The failed runs, and why.
@@ -98,13 +120,24 @@ def run_grid(folder: Path, runs: Sequence[Run], engine: Engine) -> Mapping[Run, 
     futures = {engine.submit(carry_out, run, folder.absolute()): run for run in left}
     failures = {}
     console = Console(stderr=True)
-    with Board(lambda: standing(folder, runs), console) as board:
+
+    def look() -> Standing:
+        now = standing(folder, runs)
+        if log is not None:
+            log.follow(now)
+        return now
+
+    with Board(look, console) as board:
         for future in _finished(futures, board.update):
             run = futures[future]
-            failure = _keep(folder, run, _outcome(future))
-            if failure is not None:
-                failures[run] = failure
-                console.print(f"failed: {run.name}: {failure}", markup=False, soft_wrap=True)
+            outcome = _outcome(future)
+            _keep(folder, run, outcome)
+            if outcome.record is None:
+                failures[run] = str(outcome.failure)
+                told = f"failed: {run.name}: {outcome.failure}"
+                console.print(told, markup=False, highlight=False, soft_wrap=True)
+            elif log is not None:
+                log.finish(run, outcome.record)
     return failures
 
 
@@ -137,8 +170,8 @@ def _outcome(future: Future[Outcome]) -> Outcome:
         return Outcome(None, {}, {}, failure=reason)
 
 
-def _keep(folder: Path, run: Run, outcome: Outcome) -> str | None:
-    """Write down what came back, the record last; returns why the run failed."""
+def _keep(folder: Path, run: Run, outcome: Outcome) -> None:
+    """Write down what came back, the record last."""
     if outcome.record is None:
         text = f"{outcome.failure}\n\n{outcome.details}"
         write_atomically(failure_path(folder, run), lambda path: path.write_text(text, "utf-8"))
@@ -149,7 +182,6 @@ def _keep(folder: Path, run: Run, outcome: Outcome) -> str | None:
         write_json(record_path(folder, run), outcome.record)
         checkpoint_path(folder, run).unlink(missing_ok=True)
     live_path(folder, run).unlink(missing_ok=True)
-    return outcome.failure
 
 
 def _writer(content: bytes) -> Callable[[Path], int]:

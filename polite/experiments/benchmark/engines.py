@@ -8,8 +8,9 @@ import signal
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, ExitStack
-from typing import Any, ParamSpec, Protocol, Self, TypeVar
+from contextlib import AbstractContextManager, ExitStack, suppress
+from functools import partial
+from typing import ParamSpec, Protocol, Self, TypeVar
 
 from polite.experiments.workers import prepare_worker, single_threaded
 
@@ -65,32 +66,33 @@ class LocalEngine(AbstractContextManager["LocalEngine"]):
         self._stopping = True
         self._threads.shutdown(wait=False, cancel_futures=True)
         for process in list(self._processes):
-            os.kill(process, signal.SIGTERM)
+            with suppress(ProcessLookupError):  # it has just ended by itself
+                os.kill(process, signal.SIGTERM)
         self._threads.shutdown()
         self._settings.close()
 
     def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """As `Engine.submit`."""
-        return self._threads.submit(self._call, function, *args, **kwargs)
+        return self._threads.submit(self._call, partial(function, *args, **kwargs))
 
-    def _call(self, function: Callable[..., T], *args: Any, **kwargs: Any) -> T:
+    def _call(self, work: Callable[[], T]) -> T:
         """Call in a new process; twice, if the first one dies."""
         for _ in range(TRIES - 1):
             try:
-                return self._call_once(function, *args, **kwargs)
+                return self._call_once(work)
             except BrokenProcessPool:
                 if self._stopping:
                     raise
-        return self._call_once(function, *args, **kwargs)
+        return self._call_once(work)
 
-    def _call_once(self, function: Callable[..., T], *args: Any, **kwargs: Any) -> T:
+    def _call_once(self, work: Callable[[], T]) -> T:
         with ProcessPoolExecutor(1, self._context, _start_worker) as pool:
             process = pool.submit(os.getpid).result()
             self._processes.add(process)
             try:
                 if self._stopping:
                     raise BrokenProcessPool("stopped")
-                return pool.submit(function, *args, **kwargs).result()
+                return pool.submit(work).result()
             finally:
                 self._processes.discard(process)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
-from typing import Self
+from typing import Any, Self
 
 import ray
 
@@ -54,7 +54,6 @@ class RayEngine(AbstractContextManager["RayEngine"]):
 
     def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """As `Engine.submit`; each call has a process of its own, as on one machine."""
-        options = {"num_cpus": 1, "max_retries": RETRIES, "max_calls": 1}
-        remote = ray.remote(**options)(function)
+        remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES, max_calls=1)(function)
         future: Future[T] = remote.remote(*args, **kwargs).future()
         return future

@@ -27,8 +27,13 @@ class Running:
     """How much of its training is done, in [0, 1]."""
     seconds: float
     """Since it was begun."""
-    last_return: float | None
-    """True return of its last finished episodes."""
+    curve: dict[str, list[float]]
+    """Of its finished episodes so far."""
+
+    @property
+    def last_return(self) -> float | None:
+        """True return of its last finished episodes."""
+        return self.curve["return"][-1] if self.curve["return"] else None
 
 
 @dataclass(frozen=True)
@@ -82,13 +87,12 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
 
 
 def _running(run: Run, content: dict[str, Any]) -> Running:
-    returns = content["curve"]["return"]
     return Running(
         run=run,
         says=content["says"],
         share=content["share"],
         seconds=content["seconds"],
-        last_return=returns[-1] if returns else None,
+        curve=content["curve"],
     )
 
 
