@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,16 @@ from polite.experiments.judge import judge, outcomes
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
 from polite.experiments.train_config import TrainConfig
-from polite.experiments.train_settings import adapt_preset, learning_config, teacher_maker
+from polite.experiments.train_settings import (
+    adapt_preset,
+    learning_config,
+    pebble_settings,
+    teacher_maker,
+)
 from polite.experiments.workers import one_torch_thread
 from polite.files import write_atomically, write_json
+from polite.methods.pebble import learn_pebble
+from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
@@ -32,6 +40,8 @@ from polite.rewards.files import save_reward_model
 from polite.types import PoliteError
 
 RESULTS = "results.json"
+CHECKPOINT = Path("models", "pebble.pt")
+"""What PEBBLE goes on from; removed when it has finished."""
 
 Results = dict[str, Any]
 
@@ -72,8 +82,8 @@ def run_train(config: TrainConfig) -> Path:
             vectors or gives NaN.
     """
     preset = adapt_preset(preset_of(config.env), config)
-    learning, make_teacher = learning_config(config, preset), teacher_maker(config, preset)
     make_env = _env_maker(config, preset)
+    start = _learner(config, preset, make_env)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         _check_env(env)
     claim_folder(config.out, _identity(config), config.resume)
@@ -82,12 +92,24 @@ def run_train(config: TrainConfig) -> Path:
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
             report = _reporter(progress)
-            learned = learn(make_env, make_teacher, learning, config.seed, report)
+            learned = start(report)
             report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             results = {"config": _identity(config), "evaluation": judged} | _results(learned)
             _write(config.out, learned, results)
     return config.out / RESULTS
+
+
+def _learner(
+    config: TrainConfig, preset: EnvPreset, make_env: MakeEnv
+) -> Callable[[Report], Learned]:
+    """The training, ready to start; whatever is wrong with its settings is said before it does."""
+    make_teacher, seed = teacher_maker(config, preset), config.seed
+    if config.method in PEBBLE_METHODS:
+        pebble, checkpoint = pebble_settings(config, preset), config.out / CHECKPOINT
+        return lambda report: learn_pebble(make_env, make_teacher, pebble, seed, report, checkpoint)
+    learning = learning_config(config, preset)
+    return lambda report: learn(make_env, make_teacher, learning, seed, report)
 
 
 def _identity(config: TrainConfig) -> Results:
@@ -146,6 +168,7 @@ def _write(folder: Path, learned: Learned, results: Results) -> None:
         save_feedback(folder / "data", **vars(learned.feedback))
     draw_learning_curve(folder / "figures" / "learning_curve.png", results)
     write_json(folder / RESULTS, results)
+    (folder / CHECKPOINT).unlink(missing_ok=True)
 
 
 def draw_learning_curve(path: Path, results: Results) -> None:

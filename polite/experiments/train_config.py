@@ -22,9 +22,21 @@ class TrainConfig:
     """Folder for everything; new, unless --resume."""
     env: str = "SocialCorridor-v0"
     """Id of any Gymnasium env with vectors for observations and continuous actions."""
-    method: Literal["polite", "preferences", "highlights", "untrained", "ground-truth"] = "polite"
+    method: Literal[
+        "polite",
+        "preferences",
+        "highlights",
+        "untrained",
+        "ground-truth",
+        "pebble",
+        "polite-pebble",
+    ] = "polite"
     """polite: preferences and highlights; preferences, highlights: one of them alone; untrained: a
-    random reward model; ground-truth: the env's own reward."""
+    random reward model; ground-truth: the env's own reward; all by PPO. pebble: preferences, by
+    PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well."""
+    preset: Literal["fast", "paper"] = "fast"
+    """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
+    highlights, reward model with dropout and PPO, all of which take far longer."""
     queries: int = 200
     """Pairs of clips that the teacher is asked about."""
     steps: int = 200_000
@@ -43,16 +55,14 @@ class TrainConfig:
         "uniform"
     )
     """Which pairs the teacher is asked about, from the second session on. disagreement and
-    disputed-k-centre need --members 2 or more."""
+    disputed-k-centre need --members 2 or more. PEBBLE always asks what is disputed."""
     members: int = 1
-    """Reward models, of which the mean pays the policy."""
-    net: Literal["fast", "paper"] = "fast"
-    """The reward model: a small one, or the paper's with dropout, which takes far longer."""
+    """Reward models, of which the mean pays the policy; PEBBLE always has three."""
     loss: Literal["pairwise", "released"] = "pairwise"
     """What a preference says: Eq. 2 of the paper, or the softmax over the minibatch that the
     authors' release has in its place."""
     highlights: str | None = None
-    """What a highlight says, such as paper or choice; the env's own form if not given."""
+    """What a highlight says, such as choice or paper; the preset's form if not given."""
     highlight_length: int | None = None
     """L, steps that a highlight reaches back; the env's own if not given."""
     highlight_decay: float | None = None
@@ -69,7 +79,8 @@ class TrainConfig:
     evaluation_episodes: int = 100
     """Whole episodes on which the finished policy is judged by the true reward."""
     resume: bool = False
-    """Take a folder that was begun with the same settings; an unfinished training starts over."""
+    """Take a folder that was begun with the same settings; an unfinished training starts over, but
+    PEBBLE's goes on from its last session."""
 
     def __post_init__(self) -> None:
         """Check the numbers.
@@ -83,8 +94,22 @@ class TrainConfig:
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
+        if self.method in ("pebble", "polite-pebble"):
+            self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
             raise InvalidValueError(
                 "sampler: expected uniform where everything is asked up front, since nothing is "
                 f"learned before, got {self}"
             )
+
+    def _check_pebble(self) -> None:
+        """PEBBLE brings its own times, pairs and models; a wish for others would go unheard.
+
+        Raises:
+            InvalidValueError: naming what cannot be chosen.
+        """
+        for name, own in (("schedule", "sessions"), ("sampler", "uniform"), ("members", 1)):
+            if getattr(self, name) != own:
+                raise InvalidValueError(f"{name}: PEBBLE has its own; leave it out, got {self}")
+        if self.preset == "paper":
+            raise InvalidValueError(f"preset: the paper has no numbers for PEBBLE, got {self}")

@@ -9,16 +9,22 @@ from polite.experiments.train_config import TrainConfig
 from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import Teacher
 from polite.methods.pairs import PAIR_SAMPLERS
+from polite.methods.pebble_config import (
+    PEBBLE_METHODS,
+    PebbleConfig,
+    pebble_config,
+    with_loss_of,
+)
 from polite.methods.preference_learning import MakeTeacher
-from polite.methods.presets import EnvPreset, quantile_oracle
+from polite.methods.presets import OWN_FORM, EnvPreset, quantile_oracle
 from polite.methods.schedules import Schedule, decaying_rate, up_front
-from polite.rewards.network import FAST, PAPER
 from polite.teachers.bpref import BPREF_TEACHERS
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
 from polite.types import SegmentPool
 
-NETS: Final = {"fast": FAST, "paper": PAPER}
+FORMS: Final = {"fast": OWN_FORM, "paper": "paper"}
+"""What a highlight says under each preset."""
 SCHEDULES: Final = {
     "sessions": Schedule(),
     "decaying": Schedule(interval=0.05, strategy=decaying_rate),
@@ -38,10 +44,24 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         steps=config.steps,
         schedule=SCHEDULES[config.schedule],
         sampler=PAIR_SAMPLERS[config.sampler],
-        net=NETS[config.net],
+        net=preset.net,
         members=config.members,
         training=preset.training,
         ppo=preset.ppo,
+    )
+
+
+def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
+    """The settings of PEBBLE in this env.
+
+    Raises:
+        InvalidValueError: if the training is too short.
+    """
+    return pebble_config(
+        config.queries,
+        config.steps,
+        method=PEBBLE_METHODS[config.method],
+        training=with_loss_of(preset.training),
     )
 
 
@@ -51,8 +71,9 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
     Raises:
         InvalidValueError: if there is no such form of the highlight loss, or L or λ is none.
     """
-    if config.highlights is not None:
-        preset = preset.with_highlights(config.highlights)
+    if config.preset == "paper":
+        preset = preset.as_in_paper()
+    preset = preset.with_highlights(config.highlights or FORMS[config.preset])
     changes = {
         name: getattr(config, name)
         for name in ("highlight_length", "highlight_decay")

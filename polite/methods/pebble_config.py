@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Final
 
@@ -17,6 +18,15 @@ NET: Final = RewardNetConfig(hidden=(256, 256, 256), dropout=(0.0, 0.0, 0.0))
 """The net of PEBBLE's reward models."""
 REFERENCE_STEPS: Final = 250_000
 """A training in which ten sessions find room, and time to learn after the last one."""
+
+
+TRAINING: Final = RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
+"""How they are trained at each session, on all answers so far (B-Pref)."""
+PEBBLE_METHODS: Final[Mapping[str, Method]] = {
+    "pebble": METHODS["preferences"],
+    "polite-pebble": METHODS["polite"],
+}
+"""PEBBLE itself, and PEBBLE whose reward models learn from highlights too."""
 
 
 @dataclass(frozen=True)
@@ -99,9 +109,7 @@ class PebbleConfig:
     """Reward models of the ensemble; their mean pays the policy."""
     net: RewardNetConfig = NET
     """Shape of each."""
-    training: RewardTrainingConfig = field(
-        default_factory=lambda: RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
-    )
+    training: RewardTrainingConfig = TRAINING
     """How they are trained at each session, on all answers so far."""
     sac: SacConfig = field(default_factory=SacConfig)
     """How the policy is trained."""
@@ -134,6 +142,19 @@ class PebbleConfig:
     def __str__(self) -> str:
         """All settings as JSON, the same in every process; functions by their names."""
         return json.dumps(asdict(self), default=lambda function: function.__name__)
+
+
+def with_loss_of(training: RewardTrainingConfig) -> RewardTrainingConfig:
+    """B-Pref's training with the loss, and only the loss, of another one."""
+    return replace(
+        TRAINING,
+        preference=training.preference,
+        highlights=training.highlights,
+        highlight_length=training.highlight_length,
+        highlight_decay=training.highlight_decay,
+        alpha_positive=training.alpha_positive,
+        alpha_negative=training.alpha_negative,
+    )
 
 
 def pebble_config(queries: int, steps: int, **settings: Any) -> PebbleConfig:

@@ -12,13 +12,17 @@ from polite.dataset import load_feedback
 from polite.experiments import train as module
 from polite.experiments.train import run_train, train
 from polite.experiments.train_config import TrainConfig
+from polite.experiments.train_settings import pebble_settings
 from polite.methods.config import METHODS
+from polite.methods.pebble import learn_pebble
+from polite.methods.pebble_config import PebbleConfig
 from polite.methods.presets import PRESETS, EnvPreset
 from polite.policies.policy import load_policy
 from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
+from polite.rewards.network import RewardNetConfig
 from polite.types import PoliteError
 
 register()
@@ -33,7 +37,13 @@ def small_presets(monkeypatch) -> None:
         name = env_id.rpartition(":")[2].rpartition("-v")[0]
         return replace(PRESETS.get(name, EnvPreset()), ppo=TINY)
 
+    def tiny_pebble(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
+        pebble = pebble_settings(config, preset)
+        sac = replace(pebble.sac, hidden=(8,), batch_size=16)
+        return replace(pebble, net=RewardNetConfig((8,), (0.0,)), sac=sac)
+
     monkeypatch.setattr(module, "preset_of", tiny_preset_of)
+    monkeypatch.setattr(module, "pebble_settings", tiny_pebble)
 
 
 def settings(folder, **changes):
@@ -61,7 +71,7 @@ def test_a_run_leaves_everything_that_it_promises(tmp_path) -> None:
         assert picture.width > 1000
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [*METHODS, "pebble", "polite-pebble"])
 def test_every_method_runs(tmp_path, method) -> None:
     path = run_train(settings(tmp_path, method=method))
     results = json.loads(path.read_text("utf-8"))
@@ -69,6 +79,27 @@ def test_every_method_runs(tmp_path, method) -> None:
     assert results["queries_asked"] == (10 if asks else 0)
     assert (path.parent / "data").exists() == asks
     assert (path.parent / "models" / "reward.pt").exists() == (method != "ground-truth")
+
+
+def test_a_stopped_pebble_goes_on_from_its_last_session(tmp_path, monkeypatch) -> None:
+    whole = run_train(settings(tmp_path, method="pebble"))
+    assert not (whole.parent / module.CHECKPOINT).exists()
+
+    def stopping(*args, **kwargs):
+        def report(says, share):
+            if share > 0.7:
+                raise KeyboardInterrupt
+
+        *rest, _, checkpoint = args
+        return learn_pebble(*rest, report, checkpoint, **kwargs)
+
+    again = settings(tmp_path, method="pebble", out=tmp_path / "again")
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "learn_pebble", stopping)
+        with pytest.raises(KeyboardInterrupt):
+            run_train(again)
+    assert (again.out / module.CHECKPOINT).exists()
+    assert run_train(replace(again, resume=True)).read_bytes() == whole.read_bytes()
 
 
 def test_the_corridor_tells_success_and_is_run_at_a_fixed_horizon(tmp_path) -> None:

@@ -7,14 +7,19 @@ import pytest
 
 from polite.experiments.train_config import TrainConfig
 from polite.experiments.train_settings import (
+    FORMS,
     SCHEDULES,
     adapt_preset,
     learning_config,
+    pebble_settings,
     teacher_maker,
 )
+from polite.methods.config import METHODS
 from polite.methods.pairs import PAIR_SAMPLERS
-from polite.methods.presets import PRESETS, EnvPreset
+from polite.methods.pebble_config import PEBBLE_METHODS
+from polite.methods.presets import OWN_FORM, PRESETS, EnvPreset
 from polite.methods.schedules import Schedule
+from polite.rewards.network import PAPER
 from polite.samplers import uniform_pairs
 from polite.teachers.bpref import BPREF_TEACHERS
 from polite.types import InvalidValueError, SegmentPool
@@ -65,20 +70,56 @@ def expressed(given):
         ("teacher", {"polite", *BPREF_TEACHERS}),
         ("sampler", set(PAIR_SAMPLERS)),
         ("schedule", set(SCHEDULES)),
+        ("method", {*METHODS, *PEBBLE_METHODS}),
+        ("preset", set(FORMS)),
     ],
 )
 def test_the_command_line_offers_all_there_is(name: str, known) -> None:
     assert set(get_args(get_type_hints(TrainConfig)[name])) == known
 
 
-def test_without_a_wish_nothing_differs_from_the_preset() -> None:
+def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
     for preset in (*PRESETS.values(), EnvPreset()):
-        assert adapt_preset(preset, CONFIG) == preset
-        expected = preset.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
+        own = preset.with_highlights(OWN_FORM)
+        assert adapt_preset(preset, CONFIG) == own != preset
+        expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
     assert learning.schedule == Schedule() and learning.members == 1
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
+
+
+def test_the_papers_preset_is_the_papers_in_all() -> None:
+    config = replace(CONFIG, preset="paper")
+    adapted = adapt_preset(WALKER, config)
+    learning = learning_config(config, adapted)
+    assert (learning.net, learning.ppo) == (PAPER, WALKER.paper_ppo)
+    assert learning.training.highlights == "paper"
+    assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
+    teacher = teacher_maker(config, adapted)(POOL)
+    expected = WALKER.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
+    assert teacher(POOL, QUERIES, np.random.default_rng(2)) == expected
+    both = adapt_preset(WALKER, replace(config, highlights="choice"))
+    assert both.training.highlights == "choice" and both.net == PAPER
+
+
+def test_pebble_learns_by_the_envs_loss() -> None:
+    for method, highlights in (("pebble", False), ("polite-pebble", True)):
+        config = replace(CONFIG, method=method, loss="released")
+        pebble = pebble_settings(config, adapt_preset(WALKER, config))
+        assert pebble.method.highlights == highlights and pebble.method.preferences
+        assert pebble.training.preference == "released"
+        assert pebble.training.highlights == OWN_FORM
+        assert pebble.training.stop_accuracy == 0.97
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"schedule": "up-front"}, {"sampler": "entropy"}, {"members": 5}, {"preset": "paper"}],
+)
+def test_what_pebble_would_not_heed_is_refused(change) -> None:
+    with pytest.raises(InvalidValueError, match=next(iter(change))):
+        replace(CONFIG, method="pebble", **change)
 
 
 # --- teachers ------------------------------------------------------------------------------------

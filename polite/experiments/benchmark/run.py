@@ -20,7 +20,6 @@ from polite.experiments.benchmark.record import (
     highlighted_reward,
 )
 from polite.experiments.benchmark.settings import (
-    PEBBLE,
     env_maker,
     learning_config,
     pebble_settings,
@@ -29,6 +28,7 @@ from polite.experiments.judge import judge
 from polite.experiments.workers import one_torch_thread
 from polite.files import one_line
 from polite.methods.pebble import learn_pebble
+from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import Learned, MakeEnv, learn
 from polite.policies.policy import save_policy
 from polite.rewards.files import save_reward_model
@@ -80,7 +80,7 @@ def carry_out(run: Run, folder: Path) -> Outcome:
 
 def _carry_out(run: Run, folder: Path, live: Live) -> tuple[Record, dict[str, bytes]]:
     live.report("beginning", 0.0)
-    if run.method in PEBBLE:
+    if run.method in PEBBLE_METHODS:
         learned, make_env = _learn_by_pebble(run, checkpoint_path(folder, run), live)
     else:
         learned, make_env = _learn_by_ppo(run, live)

@@ -8,13 +8,17 @@ from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
 from polite.methods.config import METHODS, LearningConfig, Schedule
-from polite.methods.pebble_config import PebbleConfig, pebble_config
+from polite.methods.pebble_config import (
+    PEBBLE_METHODS,
+    PebbleConfig,
+    pebble_config,
+    with_loss_of,
+)
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
-from polite.rewards.trainer import RewardTrainingConfig
 from polite.types import InvalidValueError
 
 PRESETS: Final = ("smoke", "fast", "paper")
@@ -24,19 +28,6 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "no-termination": {"terminate_when_unhealthy": False},
 }
 """Keywords of the env in each variant."""
-PEBBLE: Final[Mapping[str, str]] = {"pebble": "preferences", "polite-pebble": "polite"}
-"""Methods that train the policy by PEBBLE, and what their reward models learn from."""
-PEBBLE_TRAINING: Final = RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
-"""How PEBBLE's reward models are trained (B-Pref) in every env."""
-FEEDBACK_LOSS: Final = (
-    "preference",
-    "highlights",
-    "highlight_length",
-    "highlight_decay",
-    "alpha_positive",
-    "alpha_negative",
-)
-"""What they take from the env's preset and the run: the loss."""
 SMOKE: Final = Schedule(first_epochs=50, later_epochs=20)
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
@@ -71,12 +62,11 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
         InvalidValueError: if the run names something that is not known.
     """
     preset = env_preset(run)
-    chosen = {name: getattr(preset.training, name) for name in FEEDBACK_LOSS}
     config = pebble_config(
         run.queries,
         run.steps,
-        method=METHODS[PEBBLE[run.method]],
-        training=replace(PEBBLE_TRAINING, **chosen),
+        method=PEBBLE_METHODS[run.method],
+        training=with_loss_of(preset.training),
         **(SMOKE_PEBBLE if run.preset == "smoke" else {}),
     )
     return config, preset
