@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -154,6 +155,11 @@ def test_how_far_a_grid_is_can_be_read_from_its_folder(folder: Path) -> None:
     shown = console.file.getvalue()  # type: ignore[attr-defined]
     for part in (text, RUNS[2].name, "25%", "1,234", "training the policy", RUNS[1].name):
         assert part in shown
+    assert "ago" not in shown
+    long_ago = live_path(folder, RUNS[2]).stat().st_mtime - 3600
+    os.utime(live_path(folder, RUNS[2]), (long_ago, long_ago))
+    console.print(view(standing(folder, RUNS)))
+    assert "training the policy, said 1:00:" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_a_new_cell_takes_as_long_as_the_likest_one_that_is_known(folder: Path) -> None:

@@ -18,6 +18,9 @@ from polite.experiments.benchmark.standing import Running, Standing
 LINE_EVERY = 30.0
 """Seconds between two lines where there is no terminal, at least."""
 
+SILENT = 120.0
+"""Seconds after which it is shown that a run has said nothing more: it may have been killed."""
+
 
 def one_line(now: Standing) -> str:
     """Counts and time to go."""
@@ -40,7 +43,8 @@ def view(now: Standing) -> Group:
 
 def _row(item: Running) -> tuple[str, str, str, str]:
     last = "" if item.last_return is None else f"{item.last_return:,.0f}"
-    return item.run.name, f"{item.share:.0%}", last, item.says
+    heard = f", said {timedelta(seconds=round(item.silent))} ago" if item.silent > SILENT else ""
+    return item.run.name, f"{item.share:.0%}", last, f"{item.says}{heard}"
 
 
 class Board:

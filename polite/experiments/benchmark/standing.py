@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from polite.experiments.benchmark.grid import Run
-from polite.experiments.benchmark.live import read_live
+from polite.experiments.benchmark.live import live_path, read_live
 from polite.experiments.benchmark.record import record_path
 from polite.experiments.workers import cores
 from polite.files import read_json_object
@@ -27,6 +28,8 @@ class Running:
     """How much of its training is done, in [0, 1]."""
     seconds: float
     """Since it was begun."""
+    silent: float
+    """Seconds since it said so: more than minutes if the grid was killed."""
     curve: dict[str, list[float]]
     """Of its finished episodes so far."""
 
@@ -74,7 +77,7 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
     open_runs = [run for run in runs if not record_path(folder, run).exists()]
     failed = tuple(run for run in open_runs if failure_path(folder, run).exists())
     told = {run: read_live(folder, run) for run in open_runs if run not in failed}
-    running = tuple(_running(run, content) for run, content in told.items() if content)
+    running = tuple(_running(folder, run, content) for run, content in told.items() if content)
     waiting = [run for run, content in told.items() if not content]
     return Standing(
         total=len(runs),
@@ -86,12 +89,15 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
     )
 
 
-def _running(run: Run, content: dict[str, Any]) -> Running:
+def _running(folder: Path, run: Run, content: dict[str, Any]) -> Running:
+    path = live_path(folder, run)
+    written = path.stat().st_mtime if path.exists() else time.time()  # it may just have ended
     return Running(
         run=run,
         says=content["says"],
         share=content["share"],
         seconds=content["seconds"],
+        silent=time.time() - written,
         curve=content["curve"],
     )
 
