@@ -51,7 +51,9 @@ def test_a_node_that_is_killed_loses_and_doubles_no_run(tmp_path: Path) -> None:
     assert ray.keys() == {f"{run.name}.json" for run in RUNS}
 
 
-def test_no_cluster_is_a_line_that_says_what_to_do() -> None:
-    with pytest.raises(PoliteError, match="ray start --head") as caught, RayEngine("127.0.0.1:1"):
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "nowhere"])
+def test_no_cluster_is_a_line_that_says_what_to_do(address: str) -> None:
+    with pytest.raises(PoliteError, match="ray start --head") as caught, RayEngine(address):
         raise AssertionError
+    assert address in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
@@ -16,6 +17,8 @@ from polite.types import PoliteError
 
 RETRIES = 3
 """How often a run is begun again whose process or node died."""
+KNOCK_WITHIN = 10.0
+"""Seconds in which a cluster must answer."""
 
 
 class RayEngine(AbstractContextManager["RayEngine"]):
@@ -40,8 +43,9 @@ class RayEngine(AbstractContextManager["RayEngine"]):
         """
         threads = {"env_vars": dict.fromkeys(ONE_THREAD, "1")}
         try:
+            _knock(self._address)
             ray.init(self._address, runtime_env=threads, log_to_driver=False)
-        except (ConnectionError, ValueError, RuntimeError) as error:
+        except (OSError, ValueError, RuntimeError) as error:
             raise PoliteError(
                 f"no Ray cluster at {self._address} ({one_line(error)}); begin one with `ray start "
                 "--head`, or give its --address"
@@ -57,3 +61,15 @@ class RayEngine(AbstractContextManager["RayEngine"]):
         remote: Any = ray.remote(num_cpus=1, max_retries=RETRIES, max_calls=1)(function)
         future: Future[T] = remote.remote(*args, **kwargs).future()
         return future
+
+
+def _knock(address: str) -> None:
+    """See whether anybody listens at an address; Ray itself tries for minutes.
+
+    Raises:
+        OSError: if nobody does.
+        ValueError: if it is no address.
+    """
+    if address != "auto":
+        host, _, port = address.rpartition(":")
+        socket.create_connection((host, int(port)), KNOCK_WITHIN).close()
