@@ -77,8 +77,15 @@ class RewardEnsemble(nn.Module):
         Returns:
             r̂, in (−1, 1) unless the output is linear, (K, …).
         """
-        features = (inputs - self.mean) / self.std
-        features = features.reshape(len(self), -1, inputs.shape[-1])  # (K, rows, n + v)
+        return self.score_scaled(self.scaled(inputs), generator)
+
+    def scaled(self, inputs: Tensor) -> Tensor:
+        """Raw (s, a) with the input statistics taken out, (…, n + v)."""
+        return (inputs - self.mean) / self.std
+
+    def score_scaled(self, inputs: Tensor, generator: torch.Generator | None = None) -> Tensor:
+        """Score what `scaled` gave, as `RewardNet.score_scaled`."""
+        features = inputs.reshape(len(self), -1, inputs.shape[-1])  # (K, rows, n + v)
         *hidden, (last_weight, last_bias) = zip(self.weights, self.biases, strict=True)
         for (weight, bias), probability in zip(hidden, self.config.dropout, strict=True):
             features = leaky_relu(torch.baddbmm(bias, features, weight), inplace=True)
@@ -145,6 +152,7 @@ def train_ensemble(
         on_epoch: called after each epoch with its number, from 1, and the ensemble.
     """
     data, held_out = split_answers(data, config.validation_share, generator)
+    inputs = ensemble.scaled(data.inputs)
     optimiser = make_optimiser(ensemble, config)  # works entry by entry, so members stay apart
     stop = EarlyStop(ensemble, config.stop_accuracy, config.patience)
     member_losses = torch.vmap(lambda rewards, batch: batch_loss(rewards, data, batch, config))
@@ -154,7 +162,7 @@ def train_ensemble(
         for batches in zip(*orders, strict=True):
             chosen = answers.gather(1, torch.stack(batches))  # (K, B)
             segments = data.pairs[chosen]  # (K, B, 2)
-            rewards = ensemble(data.inputs[segments], generator)  # (K, B, 2, m)
+            rewards = ensemble.score_scaled(inputs[segments], generator)  # (K, B, 2, m)
             losses = member_losses(rewards, chosen)  # (K,)
             optimiser.zero_grad()
             losses.sum().backward()  # type: ignore[no-untyped-call]

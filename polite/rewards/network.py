@@ -112,8 +112,16 @@ class RewardNet(nn.Module):
         Returns:
             r̂, in (−1, 1) unless the output is linear, (…).
         """
+        return self.score_scaled(self.scaled(inputs), generator)
+
+    def scaled(self, inputs: Tensor) -> Tensor:
+        """Raw (s, a) with the input statistics taken out, (…, n + v)."""
+        return (inputs - self.mean) / self.std
+
+    def score_scaled(self, inputs: Tensor, generator: torch.Generator | None = None) -> Tensor:
+        """Score what `scaled` gave: a training takes the statistics out once, not at every step."""
         # As rows of a matrix: in-place steps on a view of more axes would be copied when undone.
-        features = ((inputs - self.mean) / self.std).reshape(-1, len(self.mean))
+        features = inputs.reshape(-1, len(self.mean))
         *hidden, last = self.layers
         for layer, probability in zip(hidden, self.config.dropout, strict=True):
             features = leaky_relu(layer(features), inplace=True)

@@ -99,12 +99,13 @@ def train_reward(
         on_epoch: called after each epoch with its number, from 1, and the net.
     """
     data, held_out = split_answers(data, config.validation_share, generator)
+    inputs = net.scaled(data.inputs)
     optimiser = make_optimiser(net, config)
     stop = EarlyStop(net, config.stop_accuracy, config.patience)
     for epoch in range(1, config.epochs + 1):
         for batch in minibatches(len(data), config.batch_size, generator):
             segments = data.pairs[batch]
-            rewards = net(data.inputs[segments], generator)  # (B, 2, m)
+            rewards = net.score_scaled(inputs[segments], generator)  # (B, 2, m)
             optimiser.zero_grad()
             batch_loss(rewards, data, batch, config).backward()  # type: ignore[no-untyped-call]
             optimiser.step()
