@@ -175,6 +175,12 @@ def test_replicate_study(tmp_path):
     assert (tmp_path / "run" / "report.html").exists()
 
 
+def test_own_teacher():
+    told = run("own_teacher.py", "Pendulum-v1", 4096)
+    answers, correlation = told.split(" answers; r̂ and smoothness correlate: ")
+    assert answers == "50" and float(correlation) > 0.0
+
+
 def test_draw_reward_map(tmp_path):
     run("draw_reward_map.py", tmp_path / "run", 2000)
     assert iio.imread(tmp_path / "run" / "reward_map.png").ndim == 3
