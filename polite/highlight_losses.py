@@ -62,19 +62,20 @@ def choice_loss(
         P[h ends at j | σ] = exp(±m Ḡ_j) / Σ_k exp(±m Ḡ_k),
 
     Luce's choice rule over the segment's real steps k (Luce 1959; Jeon, Milli and Dragan 2020 read
-    any human signal as such a choice). Windows that overlap are almost the same option, and a mark
-    tells of L + 1 of the m steps; so it counts as that share of an observation:
+    any human signal as such a choice). Windows that overlap are almost the same option, which the
+    rule does not know, and a mark tells of L + 1 of the m steps; so it is tempered to that share of
+    an observation:
 
-        L = −(L + 1)/m Σ log P.
+        L = −min(1, (L + 1)/m) Σ log P.
 
-    Unlike Eqs. 4 and 5 it compares: it asks for no absolute value, so it saturates nothing and
-    needs no weight α; and it holds whichever segment was labelled the winner, because a mistaken
-    label does not move the marks within a segment.
+    Unlike Eqs. 4 and 5 it compares: it has no gradient on the level of r̂, one that vanishes once
+    the mark stands out, and, where the teacher marks relative to the clip, it holds whichever
+    segment was labelled the winner.
     """
     steps = rewards.shape[-1]
     logits = sign * steps * window_means(rewards, length=length, decay=decay)
     shares = log_softmax(logits.masked_fill(~mask, -torch.inf), dim=-1)
-    return -(length + 1) / steps * _marked(shares, anchors).sum()
+    return -min(1.0, (length + 1) / steps) * _marked(shares, anchors).sum()
 
 
 def summed_paper_loss(
@@ -152,11 +153,6 @@ def _marked(values: Tensor, anchors: Tensor) -> Tensor:
     """The entry at each row's anchor, 0 where there is none, (B,)."""
     found = values.gather(-1, anchors.clamp(min=0)[..., None])[..., 0]
     return found.where(anchors >= 0, 0.0)
-
-
-def _total(losses: Tensor, anchors: Tensor) -> Tensor:
-    """The sum over the rows that have a highlight, ()."""
-    return losses.where(anchors >= 0, 0.0).sum()
 
 
 def _lead(

@@ -30,10 +30,12 @@ class TrainConfig:
         "ground-truth",
         "pebble",
         "polite-pebble",
+        "sac",
     ] = "polite"
     """polite: preferences and highlights; preferences, highlights: one of them alone; untrained: a
     random reward model; ground-truth: the env's own reward; all by PPO. pebble: preferences, by
-    PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well."""
+    PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well; sac:
+    its SAC on the env's own reward."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""
@@ -94,7 +96,7 @@ class TrainConfig:
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
-        if self.method in ("pebble", "polite-pebble"):
+        if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
             raise InvalidValueError(

@@ -16,7 +16,7 @@ from polite.methods.pebble_config import (
     with_loss_of,
 )
 from polite.methods.preference_learning import MakeTeacher
-from polite.methods.presets import OWN_FORM, EnvPreset, quantile_oracle
+from polite.methods.presets import OWN_FORM, EnvPreset
 from polite.methods.schedules import Schedule, decaying_rate, up_front
 from polite.teachers.bpref import BPREF_TEACHERS
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
@@ -96,8 +96,7 @@ def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
     )
 
     def make(pool: SegmentPool) -> Teacher:
-        oracle = preset.oracle or quantile_oracle(pool, preset.training.highlight_length)
-        oracle = replace(oracle, marks_labelled=config.marks == "labelled")
+        oracle = replace(preset.oracle_for(pool), marks_labelled=config.marks == "labelled")
         bpref = BPREF_TEACHERS.get(config.teacher)
         teacher = oracle if bpref is None else bpref.marking_like(oracle)
         who = QuantileOracle(teacher) if preset.marks_unusual else teacher

@@ -62,8 +62,8 @@ class LearningConfig:
     members: int = 1
     """How many of them there are; the policy is paid by the mean of several."""
     normalise: bool = False
-    """Whether what is paid has mean 0 and spread 1 over the segments so far, after each session
-    (`normalise`)."""
+    """Whether each member's r̂ has mean 0 and spread 1 over the segments so far, after each session
+    (`normalise`); the mean of several, which pays, then spreads less."""
     training: RewardTrainingConfig = field(default_factory=RewardTrainingConfig)
     """How it is trained; the schedule sets the epochs."""
     ppo: PpoConfig = field(default_factory=PpoConfig)

@@ -4,6 +4,11 @@ Lee, Smith, Abbeel: PEBBLE, Feedback-Efficient Interactive Reinforcement Learnin
 Experience and Unsupervised Pre-training, ICML 2021; details after its release, B-Pref. The policy
 first gathers new states; then the teacher is asked, again and again, about segments of what the
 policy has done, and after each session every stored reward is written anew.
+
+Unlike B-Pref: the reward models see inputs standardised on the first session's segments, their
+optimiser begins anew at each session, the novelty of a state is a logarithm (as in the paper), and
+the env is reset at each session, so that a training can go on from there; the episode that is cut
+off by it is not in the curve.
 """
 
 from __future__ import annotations
@@ -85,7 +90,7 @@ def learn_pebble(
         NotFiniteError: if the env gives NaN or infinity.
     """
     learner = _Learner(make_env, make_teacher, config, seed, report, follow)
-    identity = f"seed {seed}, {config}"
+    identity = f"seed {seed}, {config}"  # of env and teacher the caller has to take care
     if checkpoint is not None and (content := load_checkpoint(checkpoint, identity)):
         learner.load_state(content)
     while learner.sessions_left:
@@ -268,7 +273,7 @@ class _Learner:
 
 
 def last_steps(trajectories: Sequence[Trajectory], steps: int) -> list[Trajectory]:
-    """The last trajectories: as few as have so many steps together, or all."""
+    """The last in the list, env by env: as few as have so many steps together, or all."""
     kept, total = list[Trajectory](), 0
     for trajectory in reversed(trajectories):
         if total >= steps:

@@ -21,12 +21,14 @@ REFERENCE_STEPS: Final = 250_000
 
 
 TRAINING: Final = RewardTrainingConfig(epochs=200, stop_accuracy=0.97)
-"""How they are trained at each session, on all answers so far (B-Pref)."""
+"""How they are trained at each session, on all answers so far (B-Pref's default epochs)."""
 PEBBLE_METHODS: Final[Mapping[str, Method]] = {
     "pebble": METHODS["preferences"],
     "polite-pebble": METHODS["polite"],
+    "sac": METHODS["ground-truth"],
 }
-"""PEBBLE itself, and PEBBLE whose reward models learn from highlights too."""
+"""PEBBLE itself, PEBBLE whose reward models learn from highlights too, and the ceiling of both:
+the same SAC on the true reward."""
 
 
 @dataclass(frozen=True)

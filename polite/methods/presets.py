@@ -44,8 +44,8 @@ class EnvPreset:
     """Keywords of the env."""
 
     marks_unusual: bool = False
-    """Whether the oracle's highlight thresholds are quantiles of the segments that it is asked
-    about, instead of the oracle's own."""
+    """Whether the oracle's highlight thresholds are quantiles of the segments around
+    (`QuantileOracle`), instead of the oracle's own."""
 
     def as_in_paper(self) -> EnvPreset:
         """The same with the paper's reward network and, where the paper has numbers, its PPO."""
@@ -62,12 +62,16 @@ class EnvPreset:
         training = replace(self.training, highlights=form, alpha_positive=1.0, alpha_negative=1.0)
         return replace(self, training=training, marks_unusual=True)
 
+    def oracle_for(self, pool: SegmentPool) -> Oracle:
+        """The env's oracle; where it has none, one made for the first session's segments."""
+        return self.oracle or quantile_oracle(pool, self.training.highlight_length)
+
     @property
     def make_teacher(self) -> MakeTeacher:
         """From the first session's segments to the oracle who answers."""
 
         def make(pool: SegmentPool) -> Teacher:
-            oracle = self.oracle or quantile_oracle(pool, self.training.highlight_length)
+            oracle = self.oracle_for(pool)
             return (QuantileOracle(oracle) if self.marks_unusual else oracle).answer_queries
 
         return make
@@ -159,4 +163,5 @@ def quantile_oracle(pool: SegmentPool, length: int) -> Oracle:
         positive_threshold=high,
         negative_threshold=low,
         length=length,
+        sign_test=False,
     )

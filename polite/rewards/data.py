@@ -96,23 +96,25 @@ def stack_feedback(
 
 
 def split_answers(
-    data: PreferenceData, share: float, generator: torch.Generator
+    data: PreferenceData, share: float
 ) -> tuple[PreferenceData, PreferenceData | None]:
-    """Hold out a share of the answers, at random; one is left to train on, whatever the share.
+    """Hold out a share of the answers, spread evenly over their order.
+
+    Which ones follows from their places alone: where answers are only ever appended, those that
+    were held out once stay so, and a model that is trained on has never seen them.
 
     Args:
         data: the answers.
-        share: how many are held out, rounded; in [0, 1).
-        generator: source of the draw; untouched if none is held out.
+        share: how many are held out, rounded down; in [0, 1).
 
     Returns:
         The answers to train on and those held out, None if there are none.
     """
-    count = min(round(share * len(data)), len(data) - 1)
-    if not count:
+    so_far = torch.floor(share * torch.arange(len(data) + 1, dtype=torch.float64))
+    held_out = so_far.diff() > 0  # never the first one
+    if not held_out.any():
         return data, None
-    order = torch.randperm(len(data), generator=generator)
-    return data.take(order[count:]), data.take(order[:count])
+    return data.take((~held_out).nonzero()[:, 0]), data.take(held_out.nonzero()[:, 0])
 
 
 def _anchors(highlights: Sequence[Highlight | None]) -> Tensor:

@@ -147,14 +147,14 @@ def train_ensemble(
         ensemble: the members.
         data: the answers.
         config: how to train.
-        generator: source of the held-out answers, the members' own answers, the batch orders and
-            the dropout masks.
+        generator: source of the members' own answers, the batch orders and the dropout masks.
         on_epoch: called after each epoch with its number, from 1, and the ensemble.
     """
-    data, held_out = split_answers(data, config.validation_share, generator)
+    data, held_out = split_answers(data, config.validation_share)
     inputs = ensemble.scaled(data.inputs)
     optimiser = make_optimiser(ensemble, config)  # works entry by entry, so members stay apart
     stop = EarlyStop(ensemble, config.stop_accuracy, config.patience)
+    stop.after_epoch(validation_loss(ensemble.score, held_out, config))
     member_losses = torch.vmap(lambda rewards, batch: batch_loss(rewards, data, batch, config))
     answers = _own_answers(len(ensemble), len(data), config.bootstrap, generator)  # (K, Q)
     for epoch in range(1, config.epochs + 1):

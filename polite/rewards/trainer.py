@@ -38,7 +38,8 @@ class RewardTrainingConfig:
     highlight_decay: float = 0.7
     """λ, the weight that a highlight loses with each step back."""
     alpha_positive: float = 10.0
-    """α₊, weight of positive highlights; 0 leaves them out."""
+    """α₊, weight of positive highlights; 0 leaves them out. 10 is the paper's; the other forms of
+    `highlights` are meant for 1."""
     alpha_negative: float = 10.0
     """α₋, weight of negative highlights; 0 leaves them out."""
     preference: Literal["pairwise", "released"] = "pairwise"
@@ -95,13 +96,14 @@ def train_reward(
         net: the reward model, changed in place.
         data: the answers.
         config: how to train.
-        generator: source of the held-out answers, the batch orders and the dropout masks.
+        generator: source of the batch orders and the dropout masks.
         on_epoch: called after each epoch with its number, from 1, and the net.
     """
-    data, held_out = split_answers(data, config.validation_share, generator)
+    data, held_out = split_answers(data, config.validation_share)
     inputs = net.scaled(data.inputs)
     optimiser = make_optimiser(net, config)
     stop = EarlyStop(net, config.stop_accuracy, config.patience)
+    stop.after_epoch(validation_loss(net, held_out, config))  # the weights it begins with count too
     for epoch in range(1, config.epochs + 1):
         for batch in minibatches(len(data), config.batch_size, generator):
             segments = data.pairs[batch]

@@ -1,4 +1,4 @@
-"""A teacher who marks what is unusual among the clips that it was shown."""
+"""A teacher who marks what is unusual among the clips around."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ QUANTILES = (0.2, 0.8)
 
 @dataclass(frozen=True)
 class QuantileOracle:
-    """An oracle whose highlight thresholds are quantiles of the segments that it is asked about.
+    """An oracle whose highlight thresholds are quantiles of the pool that it answers about.
+
+    That is what its caller gives: all segments of the recent sessions in the loop with PPO, those
+    that a session asks about in PEBBLE.
 
     Fixed thresholds belong to one reward and one stage of a policy: the released ones make nearly
     every answer carry h⁺ and hardly any h⁻ on Walker2d and HalfCheetah. People compare with what
-    they have seen. For the same reason the sign of the true reward plays no part: a constant added
+    what they know. For the same reason the sign of the true reward plays no part: a constant added
     to it changes no preference between clips of equal length, so it should change no highlight.
     """
 

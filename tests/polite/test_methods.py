@@ -311,13 +311,16 @@ def test_the_corridor_oracle_marks_goals_and_collisions_but_not_driving() -> Non
         assert (answer.positive is not None, answer.negative is not None) == (positive, negative)
 
 
-def test_other_envs_get_thresholds_from_their_own_rewards() -> None:
+@pytest.mark.parametrize("level", [-5.0, 5.0])
+def test_other_envs_get_thresholds_from_their_own_rewards(level) -> None:
+    """Also where no reward, or every one, is above 0."""
     rng = np.random.default_rng(0)
-    pool = replace(make_pool(40), rewards=rng.normal(5.0, 2.0, (40, 5)))
+    pool = replace(make_pool(40), rewards=rng.normal(level, 0.5, (40, 5)))
     oracle = quantile_oracle(pool, length=3)
     answers = oracle.answer_queries(pool, uniform_pairs(100, rng, pool), rng)
     expressed = [answer for answer in answers if answer.preferred is not None]
-    share = np.mean([answer.positive is not None for answer in expressed])
-    assert 0.2 < share < 0.9
-    assert oracle.negative_threshold < 5.0 < oracle.positive_threshold
+    for sign in ("positive", "negative"):
+        share = np.mean([getattr(answer, sign) is not None for answer in expressed])
+        assert 0.1 < share < 0.9
+    assert oracle.negative_threshold < level < oracle.positive_threshold
     assert oracle.tie_threshold == pytest.approx(0.01 * pool.returns.std())

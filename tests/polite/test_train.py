@@ -71,14 +71,16 @@ def test_a_run_leaves_everything_that_it_promises(tmp_path) -> None:
         assert picture.width > 1000
 
 
-@pytest.mark.parametrize("method", [*METHODS, "pebble", "polite-pebble"])
+@pytest.mark.parametrize("method", [*METHODS, "pebble", "polite-pebble", "sac"])
 def test_every_method_runs(tmp_path, method) -> None:
     path = run_train(settings(tmp_path, method=method))
     results = json.loads(path.read_text("utf-8"))
-    asks = method not in ("untrained", "ground-truth")
+    asks = method not in ("untrained", "ground-truth", "sac")
     assert results["queries_asked"] == (10 if asks else 0)
     assert (path.parent / "data").exists() == asks
-    assert (path.parent / "models" / "reward.pt").exists() == (method != "ground-truth")
+    assert (path.parent / "models" / "reward.pt").exists() == (
+        method not in ("ground-truth", "sac")
+    )
 
 
 def test_a_stopped_pebble_goes_on_from_its_last_session(tmp_path, monkeypatch) -> None:
