@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from polite.files import (
     is_temporary,
@@ -14,6 +18,61 @@ from polite.files import (
     write_json,
 )
 from polite.types import InvalidValueError, PoliteError
+
+MARKER = "run.json"
+"""Says what run a folder holds."""
+LOCK = ".lock"
+"""Held by the process that works in the folder, if its runs ask for that; names the process."""
+
+
+@contextmanager
+def sole_run(out: Path, run: dict[str, Any], resume: bool, busy: str) -> Iterator[None]:
+    """Claim a folder and keep other processes from it; a process that is killed lets go of it.
+
+    Args:
+        out: The folder.
+        run: As in `claim_folder`.
+        resume: As in `claim_folder`.
+        busy: What to say if another process works there; has {process} and {folder}.
+
+    Raises:
+        PoliteError: As in `claim_folder`, or another process works there.
+    """
+    _check(out, run, resume)  # a folder of something else gets no lock
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        file = (out / LOCK).open("a+", encoding="utf-8")
+    except OSError as error:
+        raise PoliteError(_unusable(out, error)) from error
+    with file:
+        if not _lock(file):
+            file.seek(0)
+            raise PoliteError(busy.format(process=file.read().strip() or "unknown", folder=out))
+        file.truncate(0)
+        file.write(f"{os.getpid()}\n")
+        file.flush()
+        claim_folder(out, run, resume)
+        yield
+
+
+if sys.platform == "win32":
+
+    def _lock(file: TextIO) -> bool:
+        """Windows has no lock of this kind, so nobody is kept out."""
+        return True
+
+else:
+    import fcntl
+
+    def _lock(file: TextIO) -> bool:
+        """Lock a file until it is closed; whether nobody else holds it."""
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:  # a file system without locks
+            return True
+        return True
 
 
 def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
@@ -28,19 +87,37 @@ def claim_folder(out: Path, run: dict[str, Any], resume: bool) -> None:
         PoliteError: The seed is not one, the folder cannot be used, or it holds something and is
             not to be gone on with or is another run's. Nothing is written or removed then.
     """
-    marker = out / "run.json"
+    _check(out, run, resume)
+    try:
+        if out.exists():
+            remove_temporaries(out)
+    except OSError as error:
+        raise PoliteError(_unusable(out, error)) from error
+    write_json(out / MARKER, run)
+
+
+def _check(out: Path, run: dict[str, Any], resume: bool) -> None:
+    """Look whether a folder can be claimed; changes nothing.
+
+    Raises:
+        PoliteError: if not, with what to do.
+    """
     run = json.loads(json.dumps(run))
     _check_seed(run.get("seed", 0))
     try:
-        if out.exists():
-            if not all(is_temporary(path) for path in out.iterdir()):
-                _recognise(out, marker, run, resume)
-            remove_temporaries(out)
+        if out.exists() and not all(map(_is_left_over, out.iterdir())):
+            _recognise(out, out / MARKER, run, resume)
     except OSError as error:
-        raise PoliteError(
-            f"{out} cannot be a run's folder ({system_says(error)}); give another --out"
-        ) from error
-    write_json(marker, run)
+        raise PoliteError(_unusable(out, error)) from error
+
+
+def _is_left_over(path: Path) -> bool:
+    """Whether a file is what a process leaves that was killed before it had claimed its folder."""
+    return path.name == LOCK or is_temporary(path)
+
+
+def _unusable(out: Path, error: OSError) -> str:
+    return f"{out} cannot be a run's folder ({system_says(error)}); give another --out"
 
 
 def _check_seed(seed: object) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from importlib.metadata import version
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,12 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 from polite.dataset import Feedback
 from polite.experiments.benchmark import board, drive
+from polite.experiments.benchmark import run as run_module
 from polite.experiments.benchmark.board import Board, one_line, view
 from polite.experiments.benchmark.drive import benchmark, run_grid
 from polite.experiments.benchmark.grid import Run, planned
-from polite.experiments.benchmark.live import live_path
+from polite.experiments.benchmark.live import Live, live_path
+from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.page import holds_grid, identity
 from polite.experiments.benchmark.record import (
     KEYS,
@@ -33,14 +36,22 @@ from polite.experiments.benchmark.record import (
     read_record,
     read_records,
     record_path,
+    stamp_records,
 )
 from polite.experiments.benchmark.run import Outcome, carry_out
-from polite.experiments.benchmark.settings import env_preset, learning_config, pebble_settings
+from polite.experiments.benchmark.settings import (
+    canonical,
+    env_preset,
+    fingerprint,
+    learning_config,
+    pebble_settings,
+)
 from polite.experiments.benchmark.standing import failure_path, standing, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
+from polite.methods.presets import PRESETS
 from polite.types import (
     FIRST,
     SECOND,
@@ -60,7 +71,7 @@ EPISODES = [{"step": s, "return": r, "length": 5.0} for s, r in ((50.0, 1.0), (9
 
 def record_of(run: Run) -> dict[str, Any]:
     rest: dict[str, Any] = dict.fromkeys(KEYS)
-    return rest | {"run": run.as_dict()}
+    return rest | {"run": run.as_dict(), "settings": fingerprint(run)}
 
 
 def outcome_of(run: Run, _: Path) -> Outcome:
@@ -72,6 +83,8 @@ def outcome_of(run: Run, _: Path) -> Outcome:
 
 class Here:
     """An engine that calls at once; the process of the run with seed 2 dies."""
+
+    deaths: tuple[type[Exception], ...] = (BrokenProcessPool,)
 
     def __init__(self) -> None:
         self.runs: list[Run] = []
@@ -129,6 +142,120 @@ def test_an_error_within_a_run_is_its_outcome(tmp_path: Path) -> None:
     assert outcome.record is None
     assert outcome.failure is not None and "on-the-moon" in outcome.failure
     assert "Traceback" in outcome.details
+
+
+def test_an_error_that_is_no_death_is_said_as_it_is(folder: Path) -> None:
+    class Refuses(Here):
+        def submit(self, _: Callable[..., Any], run: Run, folder: Path) -> Future[Any]:
+            future: Future[Any] = Future()
+            future.set_exception(KeyError("a result that cannot be read"))
+            return future
+
+    failures = run_grid(folder, RUNS[:1], Refuses())
+    assert failures == {RUNS[0]: "KeyError: 'a result that cannot be read'"}
+    assert "died" not in failure_path(folder, RUNS[0]).read_text()
+    assert "Traceback" in failure_path(folder, RUNS[0]).read_text()
+
+
+def test_a_live_file_that_cannot_be_written_does_not_stop_its_run(folder: Path) -> None:
+    (folder / "live").mkdir()
+    live_path(folder, FIRST_RUN).mkdir()  # so that no file can take its place
+    live = Live(folder, FIRST_RUN)
+    live.report("training the policy", 0.5)
+    live.report("done", 1.0)
+    assert live.parts.keys() == {"beginning", "training the policy"}
+    assert live_path(folder, FIRST_RUN).is_dir()
+
+
+def test_a_record_that_json_cannot_hold_is_its_own_runs_failure(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spoiled = {**record_of(FIRST_RUN), "final_return": float("nan")}
+    monkeypatch.setattr(run_module, "_carry_out", lambda *_: (spoiled, {}))
+    outcome = carry_out(FIRST_RUN, folder)
+    assert outcome.record is None
+    assert outcome.failure is not None and "NaN" in outcome.failure
+
+
+def test_records_of_other_settings_are_repeated_and_that_is_said(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, last = RUNS[0], RUNS[3]
+    run_grid(folder, [first, last], Here())
+    assert standing(folder, [first, last]).done == 2
+    unnamed = record_of(first)
+    del unnamed["settings"]
+    write_json(record_path(folder, first), unnamed)
+    write_json(record_path(folder, last), record_of(last) | {"settings": "0123456789abcdef"})
+    assert read_records(folder, RUNS) == []
+    assert standing(folder, [first, last]).done == 0
+    run_grid(folder, [first, last], Here())
+    assert "2 finished runs were made with other settings and are repeated" in (
+        capsys.readouterr().err
+    )
+    assert read_records(folder, RUNS) == [record_of(first), record_of(last)]
+    run_grid(folder, [first, last], Here())
+    assert "other settings" not in capsys.readouterr().err
+
+
+def test_records_without_settings_can_be_stamped(folder: Path) -> None:
+    run_grid(folder, RUNS, Here())
+    path = record_path(folder, RUNS[0])
+    content = path.read_bytes()
+    unnamed = json.loads(content)
+    unnamed.pop("settings")
+    write_json(path, unnamed)
+    write_json(record_path(folder, RUNS[3]), record_of(RUNS[3]) | {"settings": "another"})
+    assert stamp_records(folder, RUNS) == 1  # who names other settings is not talked over
+    assert read_record(folder, RUNS[0]) == record_of(RUNS[0])
+    assert read_record(folder, RUNS[3]) is None
+    assert stamp_records(folder, RUNS) == 0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"env": "HalfCheetah-v5"},
+        {"method": "highlights"},
+        {"method": "polite-pebble", "steps": 10_000},
+        {"queries": 100},
+        {"loss": "released"},
+        {"highlights": "choice"},
+        {"preset": "paper"},
+        {"steps": 2000},
+        {"variant": "no-termination"},
+    ],
+)
+def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
+    assert fingerprint(replace(FIRST_RUN, **change)) != fingerprint(FIRST_RUN)
+    assert fingerprint(RUNS[3]) == fingerprint(FIRST_RUN)
+    text = canonical(replace(FIRST_RUN, **change))
+    assert " at 0x" not in text  # an address would differ in the next process
+    assert "ask_" in text
+
+
+def test_a_fingerprint_sees_what_has_no_place_in_the_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = fingerprint(FIRST_RUN)
+    preset = PRESETS["Walker2d"]
+    assert preset.oracle is not None
+    for change in (
+        {"oracle": replace(preset.oracle, flip_probability=0.2)},
+        {"training": replace(preset.training, learning_rate=1e-3)},
+        {"ppo": replace(preset.ppo, gae_lambda=0.9)},
+        {"settings": {"healthy_reward": 0.5}},
+    ):
+        with monkeypatch.context() as patch:
+            patch.setitem(PRESETS, "Walker2d", replace(preset, **change))  # type: ignore[arg-type, misc]
+            assert fingerprint(FIRST_RUN) != before
+    assert fingerprint(FIRST_RUN) == before
+
+
+def test_what_a_run_was_done_with_is_known() -> None:
+    facts = machine()
+    assert facts["torch"] == version("torch")
+    assert facts["polite"] == version("socialnav-polite")
+    assert facts["processor"]
+    json.dumps(facts)
 
 
 def begin(folder: Path) -> None:
@@ -192,8 +319,8 @@ def test_status_prints_and_changes_nothing(
     assert benchmark(config) == folder
     assert "1 of 3 runs done" in capsys.readouterr().out
     assert sorted(folder.rglob("*")) == before
-    with pytest.raises(PoliteError, match="preset smoke"):
-        benchmark(replace(config, preset="smoke"))
+    benchmark(replace(config, preset="smoke"))  # the folder knows better
+    assert "1 of 3 runs done" in capsys.readouterr().out
     with pytest.raises(PoliteError, match=r"run\.json"):
         benchmark(replace(config, out=folder / "runs"))
 

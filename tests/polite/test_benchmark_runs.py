@@ -16,6 +16,7 @@ import pytest
 from polite.experiments.benchmark.drive import run_grid
 from polite.experiments.benchmark.engines import LocalEngine
 from polite.experiments.benchmark.grid import Run
+from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.page import identity
 from polite.experiments.benchmark.record import KEYS, read_record, record_path
 from polite.experiments.benchmark.standing import times_path
@@ -95,6 +96,7 @@ def test_every_run_leaves_one_record_and_its_models(finished: Path) -> None:
 def test_the_parts_of_a_run_take_all_of_its_time(finished: Path) -> None:
     for run in RUNS:
         times = json.loads(times_path(finished, run).read_text("utf-8"))
+        assert times.pop("machine") == machine()
         assert {"training the policy", "judging the policy", "cpu"} < times.keys()
         parts = sum(seconds for name, seconds in times.items() if name not in ("total", "cpu"))
         assert parts == pytest.approx(times["total"], rel=0.01)

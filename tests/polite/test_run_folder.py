@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
 import pytest
 
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import LOCK, claim_folder, sole_run
 from polite.types import PoliteError
 
 RUN: dict[str, Any] = {"preset": "smoke", "seed": 3, "config": {"hidden": (32, 32)}}
@@ -113,3 +116,59 @@ def test_a_damaged_marker_is_named(tmp_path: Path, content: str) -> None:
     claim_folder(tmp_path / "run", RUN, False)
     (tmp_path / "run" / "run.json").write_text(content)
     assert "run.json: expected" in refusal(tmp_path / "run", RUN, True)
+
+
+BUSY = "process {process} works in {folder}"
+HOLDS = """
+import sys
+from pathlib import Path
+from polite.experiments.run_folder import sole_run
+with sole_run(Path(sys.argv[1]), {"seed": 3}, True, ""):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+"""A process that works in a folder until it is killed."""
+LOCKS = pytest.mark.skipif(os.name == "nt", reason="Windows has no such lock")
+
+
+@LOCKS
+def test_one_process_at_a_time_works_in_a_folder(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with sole_run(out, RUN, False, BUSY):
+        left = leave_temporary(out / "live" / "a.json")  # the first one is just writing it
+        for resume in (False, True):
+            with pytest.raises(PoliteError) as caught, sole_run(out, RUN, resume, BUSY):
+                raise AssertionError
+        assert str(caught.value) == f"process {os.getpid()} works in {out}"
+        assert left.exists()
+    with sole_run(out, RUN, True, BUSY):
+        assert not left.exists()
+    with pytest.raises(PoliteError, match="--resume"), sole_run(out, RUN, False, BUSY):
+        raise AssertionError
+
+
+@LOCKS
+def test_a_process_that_is_killed_leaves_no_lock(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    command = [sys.executable, "-c", HOLDS, str(out)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == b"held\n"
+        says = f"process {holder.pid} works"
+        with pytest.raises(PoliteError, match=says), sole_run(out, {"seed": 3}, True, BUSY):
+            raise AssertionError
+        holder.kill()
+    with sole_run(out, {"seed": 3}, True, BUSY):
+        assert json.loads((out / "run.json").read_text("utf-8")) == {"seed": 3}
+
+
+def test_no_lock_is_left_in_a_folder_of_something_else(tmp_path: Path) -> None:
+    (tmp_path / "letter.txt").write_text("precious")
+    for resume in (False, True):
+        with pytest.raises(PoliteError), sole_run(tmp_path, RUN, resume, BUSY):
+            raise AssertionError
+    assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
+    (tmp_path / "letter.txt").unlink()
+    (tmp_path / LOCK).write_text("killed before it had claimed the folder")
+    with sole_run(tmp_path, RUN, False, BUSY):
+        assert (tmp_path / LOCK).read_text("utf-8") == f"{os.getpid()}\n"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
+import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 
@@ -15,19 +16,23 @@ from polite.experiments.benchmark.board import Board, view
 from polite.experiments.benchmark.engines import Engine, LocalEngine
 from polite.experiments.benchmark.grid import Run, select
 from polite.experiments.benchmark.live import live_path
-from polite.experiments.benchmark.page import identity, report_grid
-from polite.experiments.benchmark.record import read_record, record_path
+from polite.experiments.benchmark.page import identity, preset_in, report_grid
+from polite.experiments.benchmark.record import made_otherwise, read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
 from polite.experiments.benchmark.standing import Standing, failure_path, standing, times_path
 from polite.experiments.benchmark_config import BenchmarkConfig
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import sole_run
 from polite.experiments.workers import cores
-from polite.files import one_line, read_json_object, write_atomically, write_json
+from polite.files import one_line, write_atomically, write_json
 from polite.types import PoliteError
 
 if TYPE_CHECKING:
     from polite.experiments.benchmark.tensorboard import TensorBoard
 
+BUSY = (
+    "another `polite benchmark` (process {process}) works in {folder}; wait for it, or ask with "
+    "--status how far it is"
+)
 UPDATE_EVERY = 2.0
 """Seconds between two looks at the running runs."""
 
@@ -39,15 +44,16 @@ def benchmark(config: BenchmarkConfig) -> Path:
         The path of what can be looked at.
 
     Raises:
-        PoliteError: if nothing is asked for, the folder is another's, or runs failed.
+        PoliteError: if nothing is asked for, the folder is another's or another process works in
+            it, or runs failed.
     """
-    runs = select(config)
     if config.status:
-        return show_status(config.out, config.preset, runs)
-    claim_folder(config.out, identity(config.preset), config.resume)
-    with log_of(config, runs) as log, engine_of(config) as engine:
-        failures = run_grid(config.out, runs, engine, log)
-    page = report_grid(config.out)
+        return show_status(config)
+    runs = select(config)
+    with sole_run(config.out, identity(config.preset), config.resume, BUSY):
+        with log_of(config, runs) as log, engine_of(config) as engine:
+            failures = run_grid(config.out, runs, engine, log)
+        page = report_grid(config.out)
     if failures:
         raise PoliteError(
             f"{len(failures)} of {len(runs)} runs failed, see {config.out / 'failed'}; --resume "
@@ -86,17 +92,16 @@ def log_of(
     return TensorBoard(config.out, runs)
 
 
-def show_status(folder: Path, preset: str, runs: Sequence[Run]) -> Path:
-    """Print how far a grid is; nothing is changed.
+def show_status(config: BenchmarkConfig) -> Path:
+    """Print how far a grid is, of whichever preset; nothing is changed.
 
     Raises:
-        PoliteError: if the folder holds no grid of this preset.
+        PoliteError: if the folder holds no grid, or nothing of it is asked for.
     """
-    marker = read_json_object(folder / "run.json", "give the folder of a benchmark as --out")
-    if marker != identity(preset):
-        raise PoliteError(f"{folder} holds no grid of preset {preset}; give its own --preset")
-    Console(soft_wrap=True).print(view(standing(folder, runs)))
-    return folder
+    preset: Any = preset_in(config.out)
+    runs = select(replace(config, preset=preset))
+    Console(soft_wrap=True).print(view(standing(config.out, runs)))
+    return config.out
 
 
 def run_grid(
@@ -116,10 +121,13 @@ def run_grid(
         The failed runs, and why.
     """
     left = [run for run in runs if read_record(folder, run) is None]
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    others = sum(made_otherwise(folder, run) for run in left)
+    if others:
+        console.print(f"{others} finished runs were made with other settings and are repeated")
     _clear(folder, left)
     futures = {engine.submit(carry_out, run, folder.absolute()): run for run in left}
     failures = {}
-    console = Console(stderr=True)
 
     def look() -> Standing:
         now = standing(folder, runs)
@@ -130,22 +138,22 @@ def run_grid(
     with Board(look, console) as board:
         for future in _finished(futures, board.update):
             run = futures[future]
-            outcome = _outcome(future)
+            outcome = _outcome(future, engine)
             _keep(folder, run, outcome)
             if outcome.record is None:
                 failures[run] = str(outcome.failure)
                 told = f"failed: {run.name}: {outcome.failure}"
-                console.print(told, markup=False, highlight=False, soft_wrap=True)
+                console.print(told, markup=False)
             elif log is not None:
                 log.finish(run, outcome.record)
     return failures
 
 
 def _clear(folder: Path, left: Sequence[Run]) -> None:
-    """Remove what interrupted or failed runs have left; make the folder in which runs say more."""
-    shutil.rmtree(folder / "live", ignore_errors=True)
-    (folder / "live").mkdir(parents=True)
+    """Remove what these runs left when they failed or were killed; make the folder for more."""
+    (folder / "live").mkdir(parents=True, exist_ok=True)
     for run in left:
+        live_path(folder, run).unlink(missing_ok=True)
         failure_path(folder, run).unlink(missing_ok=True)
         record_path(folder, run).unlink(missing_ok=True)
 
@@ -161,13 +169,15 @@ def _finished(
         yield from done
 
 
-def _outcome(future: Future[Outcome]) -> Outcome:
-    """A run's outcome; that its process died is one too."""
+def _outcome(future: Future[Outcome], engine: Engine) -> Outcome:
+    """A run's outcome; that its process died, or could not be begun, is one too."""
     try:
         return future.result()
     except Exception as error:
-        reason = f"its process died, as when memory runs out ({one_line(error)})"
-        return Outcome(None, {}, {}, failure=reason)
+        reason = f"{type(error).__name__}: {one_line(error)}"
+        if isinstance(error, engine.deaths):
+            reason = f"its process died, as when memory runs out ({one_line(error)})"
+        return Outcome(None, {}, {}, failure=reason, details=traceback.format_exc())
 
 
 def _keep(folder: Path, run: Run, outcome: Outcome) -> None:
@@ -178,7 +188,8 @@ def _keep(folder: Path, run: Run, outcome: Outcome) -> None:
     else:
         for name, content in outcome.models.items():
             write_atomically(folder / "models" / run.name / name, _writer(content))
-        write_json(times_path(folder, run), outcome.seconds)
+        times = {**outcome.seconds, "machine": outcome.machine}
+        write_json(times_path(folder, run), times)
         write_json(record_path(folder, run), outcome.record)
         checkpoint_path(folder, run).unlink(missing_ok=True)
     live_path(folder, run).unlink(missing_ok=True)

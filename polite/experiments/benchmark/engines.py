@@ -24,6 +24,9 @@ TRIES = 2
 class Engine(Protocol):
     """Calls functions elsewhere, each in a process of its own with one thread."""
 
+    deaths: tuple[type[Exception], ...]
+    """Errors that say that a call's process died."""
+
     def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """Call a function as soon as there is room.
 
@@ -43,6 +46,8 @@ class LocalEngine(AbstractContextManager["LocalEngine"]):
     Each call has a process pool of one, because a pool is of no use any more after one of its
     processes has died, and does not tell whose call killed it.
     """
+
+    deaths: tuple[type[Exception], ...] = (BrokenProcessPool,)
 
     def __init__(self, jobs: int) -> None:
         """Set up.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -76,4 +77,5 @@ class Live:
             "process": os.getpid(),
             "curve": curve_of(self._episodes, self._run.steps),
         }
-        write_json(self._path, content)
+        with suppress(PoliteError):  # a full disk for a moment is no reason to lose hours
+            write_json(self._path, content)

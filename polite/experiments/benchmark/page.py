@@ -1,4 +1,4 @@
-"""A grid's records put together: results.json, figures and page. Loads no torch."""
+"""A grid's records put together: results.json, figures and page."""
 
 from __future__ import annotations
 
@@ -30,10 +30,24 @@ def holds_grid(folder: Path) -> bool:
         return False
 
 
+def preset_in(folder: Path) -> str:
+    """The preset of the grid in a folder.
+
+    Raises:
+        PoliteError: if the folder holds no grid, or another format's.
+    """
+    marker = read_json_object(folder / _MARKER, "give the folder of a benchmark as --out")
+    preset = str(marker.get("preset"))
+    if marker != identity(preset):
+        raise PoliteError(f"{folder} holds no benchmark of this version; give another --out")
+    return preset
+
+
 def report_grid(folder: Path) -> Path:
     """Put the records of a benchmark together, draw its figures and write its page.
 
-    What the preset's grid has and the folder has not is named as missing.
+    What the preset's grid has and the folder has not is named as missing, and so is what was made
+    with other settings than today's.
 
     Args:
         folder: the benchmark's.
@@ -44,10 +58,7 @@ def report_grid(folder: Path) -> Path:
     Raises:
         PoliteError: if the folder holds no grid, or another format's.
     """
-    marker = read_json_object(folder / _MARKER, "give the folder of a benchmark")
-    runs = planned(str(marker.get("preset")))
-    if marker != identity(runs[0].preset):
-        raise PoliteError(f"{folder} was written by another version; give another --out")
+    runs = planned(preset_in(folder))
     results = summarise(read_records(folder, runs), [run.as_dict() for run in runs])
     write_json(folder / "results.json", results)
     return write_benchmark_report(folder, results)

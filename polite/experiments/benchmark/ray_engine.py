@@ -9,6 +9,13 @@ from contextlib import AbstractContextManager
 from typing import Any, Self
 
 import ray
+from ray.exceptions import (
+    LocalRayletDiedError,
+    NodeDiedError,
+    ObjectLostError,
+    OutOfMemoryError,
+    WorkerCrashedError,
+)
 
 from polite.experiments.benchmark.engines import P, T
 from polite.experiments.workers import ONE_THREAD
@@ -26,6 +33,14 @@ class RayEngine(AbstractContextManager["RayEngine"]):
 
     What a call gives comes back to this process, so its nodes need no common file system for it.
     """
+
+    deaths: tuple[type[Exception], ...] = (
+        WorkerCrashedError,
+        NodeDiedError,
+        LocalRayletDiedError,
+        OutOfMemoryError,
+        ObjectLostError,  # what came back was on a node that died
+    )
 
     def __init__(self, address: str) -> None:
         """Set up.

@@ -1,4 +1,4 @@
-"""What is kept of a run: numbers that depend on nothing but the run, so no times and no machine."""
+"""What is kept of a run: numbers that depend on nothing but the run and the type of machine."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ import numpy as np
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import Feedback
 from polite.experiments.benchmark.grid import Run
-from polite.files import read_json_object
+from polite.experiments.benchmark.settings import fingerprint
+from polite.files import read_json_object, write_json
 from polite.types import Answer, PoliteError, SegmentPool
 
 Record = dict[str, Any]
 KEYS: Final = frozenset(
     {
         "run",
+        "settings",
         "curve",
         "final_return",
         "evaluation",
@@ -41,12 +43,44 @@ def record_path(folder: Path, run: Run) -> Path:
 
 
 def read_record(folder: Path, run: Run) -> Record | None:
-    """A finished run's record, None if there is none, it is damaged or another run's."""
+    """A finished run's record; None if there is none, or it is damaged or not of these settings."""
+    record = _whole_record(folder, run)
+    return record if record and record.get("settings") == fingerprint(run) else None
+
+
+def made_otherwise(folder: Path, run: Run) -> bool:
+    """Whether a run was finished with other settings than it has now, or with unknown ones."""
+    return _whole_record(folder, run) is not None and read_record(folder, run) is None
+
+
+def stamp_records(folder: Path, runs: Sequence[Run]) -> int:
+    """Note today's settings in records that name none; only for those that are known to be equal.
+
+    Args:
+        folder: the grid's, in which nobody works.
+        runs: those whose records may be stamped; others, and records with settings, stay.
+
+    Returns:
+        How many records were stamped.
+    """
+    stamped = 0
+    for run in runs:
+        record = _whole_record(folder, run)
+        if record is not None and "settings" not in record:
+            content = {"run": record.pop("run"), "settings": fingerprint(run), **record}
+            write_json(record_path(folder, run), content)
+            stamped += 1
+    return stamped
+
+
+def _whole_record(folder: Path, run: Run) -> Record | None:
+    """A run's record, whatever made it; None if there is none, or it is damaged or another's."""
     try:
         record = read_json_object(record_path(folder, run), "run it again")
     except PoliteError:
         return None
-    return record if record.get("run") == run.as_dict() and record.keys() >= KEYS else None
+    whole = record.keys() >= KEYS - {"settings"}
+    return record if whole and record.get("run") == run.as_dict() else None
 
 
 def read_records(folder: Path, runs: Sequence[Run]) -> list[Record]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import time
 import traceback
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -12,6 +13,7 @@ import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.experiments.benchmark.grid import WITH_HIGHLIGHTS, Run
 from polite.experiments.benchmark.held_out import held_out_quality
 from polite.experiments.benchmark.live import Live
+from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.record import (
     Record,
     answers_part,
@@ -21,6 +23,7 @@ from polite.experiments.benchmark.record import (
 )
 from polite.experiments.benchmark.settings import (
     env_maker,
+    fingerprint,
     learning_config,
     pebble_settings,
 )
@@ -32,14 +35,15 @@ from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import Learned, MakeEnv, learn
 from polite.policies.policy import save_policy
 from polite.rewards.files import save_reward_model
+from polite.types import NotFiniteError
 
 EPISODES = 20
 """On which the finished policy is judged."""
 
 
 def checkpoint_path(folder: Path, run: Run) -> Path:
-    """Where a long run keeps what it needs to go on, until it is finished."""
-    return folder / "checkpoints" / f"{run.name}.pt"
+    """Where a long run keeps what it needs to go on, with the same settings, until it ends."""
+    return folder / "checkpoints" / f"{run.name}_{fingerprint(run)}.pt"
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,8 @@ class Outcome:
     """Why it failed, in one line."""
     details: str = ""
     """The traceback."""
+    machine: dict[str, str | None] = field(default_factory=dict)
+    """What it was done with: versions and the processor."""
 
 
 def carry_out(run: Run, folder: Path) -> Outcome:
@@ -71,11 +77,26 @@ def carry_out(run: Run, folder: Path) -> Outcome:
     try:
         with one_torch_thread():
             record, models = _carry_out(run, folder, live)
+        _check_finite(record)
     except Exception as error:  # other runs go on, whatever happened to this one
-        failure, details = one_line(error), traceback.format_exc()
+        record, failure, details = None, one_line(error), traceback.format_exc()
     live.report("done", 1.0)
     seconds = live.parts | {"total": live.seconds, "cpu": time.process_time() - cpu}
-    return Outcome(record, models, seconds, failure, details)
+    return Outcome(record, models, seconds, failure, details, machine())
+
+
+def _check_finite(record: Record) -> None:
+    """Refuse a record that cannot be written as JSON, while that is still this run's own failure.
+
+    Raises:
+        NotFiniteError: if it has NaN or infinity.
+    """
+    try:
+        json.dumps(record, allow_nan=False)
+    except ValueError as error:
+        raise NotFiniteError(
+            f"expected finite numbers in the record, got NaN or infinity ({error})"
+        ) from error
 
 
 def _carry_out(run: Run, folder: Path, live: Live) -> tuple[Record, dict[str, bytes]]:
@@ -115,6 +136,7 @@ def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Reco
         quality["highlighted_reward"] = highlighted_reward(feedback) if feedback else None
     return {
         "run": run.as_dict(),
+        "settings": fingerprint(run),
         "curve": curve_of(learned.episodes, learned.policy_steps),
         "final_return": final_return(learned.episodes, learned.policy_steps),
         "evaluation": evaluation,

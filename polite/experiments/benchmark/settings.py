@@ -1,9 +1,11 @@
-"""From a run's names to the settings of its training."""
+"""From a run's names to the settings of its training, and a mark that tells settings apart."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
@@ -96,3 +98,40 @@ def env_preset(run: Run) -> EnvPreset:
 def env_maker(run: Run, preset: EnvPreset) -> MakeEnv:
     """How a run's envs are made."""
     return lambda count, seed: make_vec_env(run.env, count, seed, **preset.settings)
+
+
+def fingerprint(run: Run) -> str:
+    """A short SHA-256 of all that is set for a run, so that its record tells what made it.
+
+    It changes with every setting, a new one included; the seed is in the run's own description.
+
+    Raises:
+        InvalidValueError: if the run names something that is not known.
+    """
+    return hashlib.sha256(canonical(run).encode("utf-8")).hexdigest()[:16]
+
+
+def canonical(run: Run) -> str:
+    """All that is set for a run as JSON, the same in every process; functions by their names.
+
+    Raises:
+        InvalidValueError: if the run names something that is not known.
+    """
+    settings = pebble_settings if run.method in PEBBLE_METHODS else learning_config
+    config, preset = settings(run)
+    resolved = {
+        "training": config,
+        "oracle": preset.oracle,
+        "marks_unusual": preset.marks_unusual,
+        "env": preset.settings,
+    }
+    return json.dumps(resolved, sort_keys=True, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has no form for."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: getattr(value, field.name) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return dict(value)
+    return value.__qualname__

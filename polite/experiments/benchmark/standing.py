@@ -10,7 +10,7 @@ from typing import Any
 
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.live import live_path, read_live
-from polite.experiments.benchmark.record import record_path
+from polite.experiments.benchmark.record import read_record
 from polite.experiments.workers import cores
 from polite.files import read_json_object
 from polite.types import PoliteError
@@ -74,7 +74,7 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
         folder: the grid's.
         runs: those asked for.
     """
-    open_runs = [run for run in runs if not record_path(folder, run).exists()]
+    open_runs = [run for run in runs if read_record(folder, run) is None]
     failed = tuple(run for run in open_runs if failure_path(folder, run).exists())
     told = {run: read_live(folder, run) for run in open_runs if run not in failed}
     running = tuple(_running(folder, run, content) for run, content in told.items() if content)
@@ -90,14 +90,17 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
 
 
 def _running(folder: Path, run: Run, content: dict[str, Any]) -> Running:
-    path = live_path(folder, run)
-    written = path.stat().st_mtime if path.exists() else time.time()  # it may just have ended
+    now = time.time()
+    try:
+        written = live_path(folder, run).stat().st_mtime
+    except FileNotFoundError:  # it has just ended
+        written = now
     return Running(
         run=run,
         says=content["says"],
         share=content["share"],
         seconds=content["seconds"],
-        silent=time.time() - written,
+        silent=now - written,
         curve=content["curve"],
     )
 
