@@ -31,8 +31,9 @@ HIGHLIGHTED: Final = frozenset({"polite", "highlights", "polite-pebble"})
 """Methods that learn from highlights."""
 UNASKED: Final = frozenset({"untrained", "ground-truth"})
 """Methods that ask no queries, so that no loss applies."""
-ANY_LOSS: Final = frozenset({"pebble", "polite-pebble"}) | UNASKED
-"""Methods that are run under one loss, and serve comparisons under any."""
+ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
+"""Methods that learn from no preference: the preference loss does not touch them, so that runs
+under one loss serve comparisons under any."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 
@@ -162,10 +163,6 @@ class Grid:
             ),
         )
 
-    def is_main(self, env: str, condition: Condition) -> bool:
-        """Whether a condition belongs to the main grid and not to a control."""
-        return condition.preset == self.main_preset(env) and not condition.variant
-
     def find(
         self,
         env: str,
@@ -179,7 +176,7 @@ class Grid:
 
         Args:
             env: the env.
-            condition: what is held fixed; a method that is run under one loss fits any.
+            condition: what is held fixed; a method that learns from no preference fits any loss.
             method: the method.
             queries: its budget.
             finished: only cells that hold a finished run; otherwise planned ones too.

@@ -38,13 +38,18 @@ HEADLINE: Final = ("preferences", 800)
 
 
 def summarise(
-    records: Sequence[Record], planned: Sequence[Run] = (), *, seed: int = 0
+    records: Sequence[Record],
+    planned: Sequence[Run] = (),
+    *,
+    made_otherwise: int = 0,
+    seed: int = 0,
 ) -> dict[str, Any]:
     """The content of a benchmark's results.json; the figures and the page read nothing else.
 
     Args:
         records: finished runs in any order; any cell may lack runs or be absent.
         planned: `run` of every run that the grid shall hold, finished ones included; may be empty.
+        made_otherwise: finished runs that are left out, because other settings made them.
         seed: of the bootstrap samples. Every interval starts from it, so that a new record changes
             the intervals of its own cell alone.
 
@@ -61,7 +66,12 @@ def summarise(
     waiting = sum(len(grid.missing_seeds(cell)) for cell in grid.runs)
     return {
         "simulated_teacher": True,
-        "runs": {"finished": finished, "missing": waiting, "plan_known": bool(planned)},
+        "runs": {
+            "finished": finished,
+            "missing": waiting,
+            "plan_known": bool(planned),
+            "made_otherwise": made_otherwise,
+        },
         "presets": {env: grid.main_preset(env) for env in grid.envs},
         "cells": [cell_part(grid, cell, seed) for cell, runs in grid.runs.items() if runs],
         "aggregates": _aggregates(grid, seed),
@@ -88,7 +98,7 @@ def _views(grid: Grid) -> Iterator[View]:
 def _comparisons(view: View, seed: int) -> Iterator[dict[str, Any]]:
     for first, second in _pairs(view):
         samples = view.samples(first, second)
-        if min(sample.size for sample in samples) == 0:
+        if min(sample.size for sample in samples) == 0 or not view.depends(first, second):
             continue
         rng = np.random.default_rng(seed)
         yield _where(view.env, view.condition) | {
@@ -127,7 +137,7 @@ def _reach(view: View, seed: int) -> Iterator[dict[str, Any]]:
         if method in UNASKED or highlighted != (view.condition.highlights is not None):
             continue
         finals, steps = _by_budget(view, method)
-        if not finals:
+        if not finals or not view.depends(*((method, queries) for queries in finals)):
             continue
         for what, share, target in _targets(view, steps):
             reach = queries_to_reach(finals, target, np.random.default_rng(seed))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from polite.analysis.benchmark_records import Cell, Condition, Grid, label
+from polite.analysis.benchmark_records import ANY_LOSS, Cell, Condition, Grid, label
 from polite.analysis.numbers import Array
 from polite.analysis.run_curves import areas, steps_to_reach
 from polite.analysis.statistics import (
@@ -20,7 +20,7 @@ from polite.analysis.statistics import (
 Wanted = tuple[str, int]
 """A method and its budget."""
 FEWEST = 2
-"""Runs that a cell needs before anything is judged."""
+"""Runs that a cell needs before anything is judged; what is wanted where no plan is known."""
 SHARE_OF_FINAL = 0.8
 """Of the baseline's final return: what "converged" means for the steps to it (our threshold)."""
 
@@ -74,6 +74,8 @@ class View:
     def speed_difference(self, first: Wanted, second: Wanted) -> Estimate:
         """Steps to 80% of the second's mean final return, first minus second, Welch's interval.
 
+        The target is taken as known: the error of that mean is not in the interval.
+
         A run that never reaches it counts as its whole training, which is only a lower bound of its
         steps: so such a run of the first leaves the difference unbounded above, and one of the
         second leaves it unbounded below. NaN where the second's mean final return is not above 0.
@@ -96,9 +98,23 @@ class View:
         found = self.grid.find(self.env, self.condition, method, queries)
         cell = found[max(found)] if found else self._planned(method, queries)
         done = len(self.grid.finals(cell)) if cell else 0
-        planned = done + len(self.grid.missing_seeds(cell)) if cell else 0
-        wanted = max(planned, FEWEST)
+        planned = cell is not None and cell in self.grid.planned
+        wanted = done + len(self.grid.missing_seeds(cell)) if cell and planned else FEWEST
         return f"{label(method, queries)}: {done} of {wanted} runs" if done < wanted else ""
+
+    def known(self, *wanted: Wanted) -> bool:
+        """Whether each of these cells has a finished run or is planned."""
+        return all(self._planned(*which) for which in wanted)
+
+    def depends(self, *wanted: Wanted) -> bool:
+        """Whether the condition's loss is one that any of these cells was run under.
+
+        What learns from no preference is the same under every loss, and is told only once.
+        """
+        if any(method not in ANY_LOSS for method, _ in wanted):
+            return True
+        cells = [c for c in self.together(*wanted)[0] if c and c.loss]
+        return not cells or any(cell.loss == self.condition.loss for cell in cells)
 
     def _planned(self, method: str, queries: int) -> Cell | None:
         planned = self.grid.find(self.env, self.condition, method, queries, finished=False)

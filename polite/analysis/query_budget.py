@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from polite.analysis.numbers import Array, as_json
 from polite.analysis.statistics import LEVEL
 
 Reached = Literal["at", "at or before", "not reached"]
+QUERIES: Final = ("queries", "low", "high")
 
 
 @dataclass(frozen=True)
@@ -31,14 +32,9 @@ class QueriesToReach:
     """Its upper end; infinite where more than 2.5% of the samples do not reach the target."""
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values; an infinite bound is null."""
-        return {
-            "target": as_json(self.target),
-            "reached": self.reached,
-            "queries": as_json(self.queries),
-            "low": as_json(self.low),
-            "high": as_json(self.high),
-        }
+        """Plain values; an infinite bound is null. Queries have one decimal."""
+        queries = {name: as_json(round(getattr(self, name), 1)) for name in QUERIES}
+        return {"target": as_json(self.target), "reached": self.reached} | queries
 
 
 def queries_to_reach(

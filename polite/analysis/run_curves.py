@@ -63,23 +63,44 @@ def areas(curves: Sequence[Curve], steps: int) -> Array:
 
 
 def steps_to_reach(curves: Sequence[Curve], steps: int, target: float) -> Array:
-    """(S,) steps after which each run's curve first reaches a return; infinite if it never does."""
+    """(S,) steps after which each run first reaches a return; infinite if it never does.
+
+    At every point the mean over the tenth of all steps before it is read, as for a final return,
+    so that one lucky stretch is no convergence.
+    """
     grid = common_grid(steps)
-    return np.array([_first_crossing(row, grid, target) for row in stacked(curves, grid)])
+    rows = running_mean(stacked(curves, grid), round(TAIL * grid.size))
+    return np.array([_first_crossing(row, grid, target) for row in rows])
+
+
+def running_mean(rows: Array, width: int) -> Array:
+    """(S, E) means over each point and those before it, `width` in all; fewer at the beginning."""
+    sums = np.cumsum(np.pad(rows, ((0, 0), (1, 0))), axis=1)
+    ends = np.arange(1, rows.shape[1] + 1)
+    starts = np.maximum(ends - width, 0)
+    return np.asarray((sums[:, ends] - sums[:, starts]) / (ends - starts))
 
 
 def return_at(curve: Curve, steps: int) -> float:
     """Mean true return of the episodes that ended in the last tenth of the first so many steps.
 
-    This reads the final return of a shorter training off a longer one's curve. Where no point of
-    the curve lies in that tenth, the last one before it is read; NaN if there is none.
+    This reads the final return of a shorter training off a longer one's curve, whose points are
+    means over stretches: each weighs as many episodes as it has, times the share of its stretch
+    that lies in that tenth. Where none does, the last point before it is read; NaN if there is
+    none.
     """
-    ends, values = as_array(curve["steps"]), as_array(curve["return"])
-    episodes = as_array(curve["episodes"])
-    past = (ends <= steps) & np.isfinite(values)
-    recent = past & (ends > (1 - TAIL) * steps)
-    if recent.any():
-        return float(np.average(values[recent], weights=episodes[recent]))
+    known = np.isfinite(as_array(curve["return"]))
+    ends, values, episodes = (
+        as_array(curve[name])[known] for name in ("steps", "return", "episodes")
+    )
+    if not ends.size:
+        return float("nan")
+    width = np.diff(ends, prepend=0.0).min()  # of a stretch; those without an episode are left out
+    inside = np.minimum(ends, steps) - np.maximum(ends - width, (1 - TAIL) * steps)
+    weights = episodes * np.clip(inside / width, 0.0, 1.0)
+    if weights.any():
+        return float(np.average(values, weights=weights))
+    past = ends <= steps
     return float(values[past][-1]) if past.any() else float("nan")
 
 

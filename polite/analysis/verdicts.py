@@ -108,8 +108,11 @@ def combine(verdicts: Sequence[Verdict]) -> Verdict:
     """A claim holds when all its judged parts do, and fails when any one fails.
 
     Requiring every part to pass its own 5% test keeps the whole at 5% (intersection–union test).
+    Where nothing is judged, all is only shown.
     """
     judged = [verdict for verdict in verdicts if verdict != "shown"]
+    if not judged:
+        return "shown"
     if "not reproduced" in judged:
         return "not reproduced"
     if "undecided" in judged:

@@ -1,4 +1,4 @@
-"""One self-contained page from a benchmark's records or its stored numbers: `report.html`."""
+"""One self-contained page from a benchmark's stored numbers: `report.html`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from polite.analysis.benchmark_summary import summarise
 from polite.files import one_line, write_atomically
 from polite.report.benchmark_figures import draw_benchmark_figures
 from polite.report.benchmark_tables import (
@@ -21,8 +20,6 @@ from polite.report.benchmark_words import benchmark_findings
 from polite.report.html import Markup, document, element, figure, section
 from polite.types import PoliteError
 
-__all__ = ["summarise", "write_benchmark_report"]
-
 Results = Mapping[str, Any]
 
 TITLE = "POLITE benchmark: highlights, preferences and PEBBLE"
@@ -31,8 +28,11 @@ RULES = (
     "The rules are code that was written before the runs. Reproduced, or holds: the whole 95% "
     "interval satisfies the bound, for every part of the claim that is judged. Not reproduced, or "
     "does not hold: for some part the whole interval lies on the other side. Undecided: an "
-    "interval straddles its bound, or runs are missing, which are then named. A dot (·) marks what "
-    "is shown and not judged."
+    "interval straddles its bound, or a cell has fewer than two runs. “No worse” (value ≥) is "
+    "judged by the measured value itself, unless its whole interval lies below, and never alone: a "
+    "ratio whose interval has to lie above a bound stands beside it. “So far”: planned runs are "
+    "missing, which are named; the verdict may change with them. A dot (·) marks what is shown and "
+    "not judged."
 )
 CAPTIONS: Final[dict[str, tuple[str, str]]] = {
     "learning_curves": (
@@ -56,8 +56,9 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
     "aggregate": (
         "All envs together",
         "Interquartile mean of the normalised final return over runs and envs, with its 95% "
-        "bootstrap interval, stratified by env. PEBBLE's score is taken at its own number of "
-        "steps.",
+        "bootstrap interval, stratified by env. The returns that are 0 and 1, of the untrained and "
+        "the true reward, are taken as known: their own error is not in the intervals. PEBBLE's "
+        "score is taken at its own number of steps.",
     ),
     "improvement": (
         "Probability of improvement",
@@ -145,8 +146,9 @@ def _missing(results: Results) -> Markup:
 
 def _claims(results: Results) -> list[Markup]:
     captions = {
-        "emergent": "Claims of the paper.",
-        "comparison": "Comparisons that the paper lacks, and what we ask of our own form.",
+        "emergent": "Claims of the paper, under its own form of the highlights or without any.",
+        "comparison": "Comparisons that the paper lacks: its claims under our form of the "
+        "highlights and in controls, equal effort, and what we ask of our own form.",
     }
     return [
         benchmark_claims_table(results["claims"], kind, text) for kind, text in captions.items()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from polite.analysis.benchmark_records import HIGHLIGHTED, PAIRWISE, PAPER_FORM
+from polite.analysis.benchmark_records import ANY_LOSS, HIGHLIGHTED, PAIRWISE, PAPER_FORM
 from polite.plots.benchmark import in_order
 
 Results = Mapping[str, Any]
@@ -46,12 +46,12 @@ def main_cells(results: Results, env: str) -> list[Cell]:
 
 
 def seen_cells(results: Results, env: str, place: Place) -> list[Cell]:
-    """The cells that belong to a loss and form; PEBBLE and what asks nothing belong to all."""
+    """The cells that belong to a loss and form; what learns from no preference fits any loss."""
     loss, form = place
     return [
         cell
         for cell in main_cells(results, env)
-        if (cell["loss"] in (None, loss) or cell["method"] == "pebble")
+        if (cell["loss"] == loss or cell["method"] in ANY_LOSS)
         and (cell["method"] not in HIGHLIGHTED or cell["highlights"] == form)
     ]
 

@@ -34,7 +34,8 @@ def cells_table(cells: Parts) -> Markup:
     caption = (
         "Final true return of every cell. Brackets: 95% t intervals of a mean over runs; of the "
         "interquartile mean a bootstrap's, which is too narrow for few runs. Evaluation: the "
-        "finished policy's most likely actions. Score: 0 is the untrained reward, 1 the true one. "
+        "finished policy's most likely actions. Score: 0 is the untrained reward, 1 the true one; "
+        "both means are taken as known, their own error is not in the interval. "
         "Collection: steps spent on clips, on top of the policy's own."
     )
     head = ["Cell", "Highlights", "Runs", "Mean", "sd", "Interquartile mean"]
@@ -91,7 +92,9 @@ def comparisons_table(comparisons: Parts) -> Markup:
     caption = (
         "Pairs of cells. Difference: Welch's 95% t interval; ratio of means: Fieller's; "
         "probability of improvement: a bootstrap's over runs. Both are read after the given number "
-        "of policy steps."
+        "of policy steps, the longer training off its curve: where PPO is read at PEBBLE's 250,000 "
+        "steps, it is in mid-schedule of its learning rate (which falls to 0 over a million), and "
+        "would stand elsewhere had it been trained for that long only."
     )
     head = ("Pair", "Env and condition", "Runs", "Policy steps", "Difference", "Ratio")
     rows = (
@@ -114,8 +117,9 @@ def reach_table(rows: Parts) -> Markup:
     caption = (
         "Queries until the mean final return reaches a target, linear in log2(queries) between the "
         "budgets that were run, nothing beyond them: > the largest, ≤ the smallest. Brackets: 95% "
-        "bootstrap intervals over runs, too narrow for few of them; ∞ was not reached. PEBBLE's "
-        "targets are the returns after its own number of steps."
+        "bootstrap intervals over runs, too narrow for few of them; ∞ was not reached. A target is "
+        "taken as known: the error of the mean that it comes from is not in the interval. PEBBLE's "
+        "targets are the returns after its own number of steps, at which PPO is in mid-schedule."
     )
     targets = list(dict.fromkeys(row["what"] for row in rows))
     found: dict[tuple[str, str], dict[str, str]] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from polite.analysis.benchmark_records import PAPER_FORM, Condition
@@ -25,7 +25,7 @@ def benchmark_findings(results: Results) -> Markup:
         element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
         _list(_headlines(results), "No env has two runs of both yet: undecided."),
         element("h3", "Does our own form of the highlights meet its bar?"),
-        _list(_bars(results), "No run with our own form of the highlights is finished or planned."),
+        _list(_bars(results), "The bar's cells are neither finished nor planned."),
         element("h3", "What do highlights buy at equal queries?"),
         _list(_gains(results), "No pair of cells with equal queries is finished."),
     ]
@@ -39,24 +39,41 @@ def condition_words(part: Mapping[str, Any]) -> str:
 
 
 def verdict_badge(claim: Mapping[str, Any]) -> Markup:
-    """The verdict of a claim; what is not the paper's own holds or does not hold."""
-    words = HOLDS.get(claim["verdict"], "") if claim["kind"] == "comparison" else ""
-    return badge(claim["verdict"], words)
+    """The verdict of a claim, "so far" while runs are missing.
+
+    What is not the paper's own holds or does not hold.
+    """
+    verdict = claim["verdict"]
+    words = HOLDS.get(verdict, verdict) if claim["kind"] == "comparison" else verdict
+    return badge(verdict, f"so far: {words}" if claim["missing"] else words)
 
 
 def _tally(results: Results) -> str:
-    paper = [claim for claim in results["claims"] if claim["kind"] == "emergent"]
-    count = Counter(claim["verdict"] for claim in paper)
     runs = results["runs"]
     text = f"{_count(runs['finished'], 'run')} finished"
     if runs["plan_known"]:
         text += f", {runs['missing']} missing"
-    text += (
-        ". The paper's claims, each judged once for every loss and form of highlights: "
-        f"{count['reproduced']} reproduced, {count['not reproduced']} not, "
-        f"{count['undecided']} undecided."
+    if runs["made_otherwise"]:
+        text += f", {runs['made_otherwise']} left out that other settings made"
+    kinds = {
+        "emergent": ("The paper's claims, with its highlights, once for each loss", "reproduced"),
+        "comparison": ("What the paper lacks, our form and controls among it", "hold"),
+    }
+    for kind, (title, holds) in kinds.items():
+        claims = [claim for claim in results["claims"] if claim["kind"] == kind]
+        text += f". {title}: {_verdicts([c for c in claims if not c['missing']], holds)}"
+        waiting = [claim for claim in claims if claim["missing"]]
+        text += f"; so far, with runs missing: {_verdicts(waiting, holds)}" if waiting else ""
+    return f"{text}."
+
+
+def _verdicts(claims: Sequence[Mapping[str, Any]], holds: str) -> str:
+    """How many claims have each verdict."""
+    count = Counter(claim["verdict"] for claim in claims)
+    return (
+        f"{count['reproduced']} {holds}, {count['not reproduced']} "
+        f"{'not' if holds == 'reproduced' else 'do not'}, {count['undecided']} undecided"
     )
-    return text
 
 
 def _headlines(results: Results) -> Iterator[Markup]:
@@ -78,10 +95,10 @@ def _bars(results: Results) -> Iterator[Markup]:
     for claim in results["claims"]:
         if claim["id"].startswith("bar-"):
             text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
-            first = claim["parts"][0]
-            numbers = f". {first['what']}: {stored(first, 'measured')}."
+            judged = [part for part in claim["parts"] if part["verdict"] != "shown"]
+            numbers = "; ".join(f"{p['what']}: {stored(p, 'measured')}" for p in judged)
             missing = f" Missing: {', '.join(claim['missing'])}." if claim["missing"] else ""
-            yield element("li", verdict_badge(claim), text + numbers + missing)
+            yield element("li", verdict_badge(claim), f"{text}. {numbers}.{missing}")
 
 
 def _gains(results: Results) -> Iterator[Markup]:

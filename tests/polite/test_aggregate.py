@@ -20,6 +20,7 @@ from polite.analysis.run_curves import (
     mean_curve,
     on_grid,
     return_at,
+    running_mean,
     steps_to_reach,
 )
 from polite.analysis.statistics import (
@@ -27,6 +28,7 @@ from polite.analysis.statistics import (
     welch_contrast,
     welch_difference,
 )
+from polite.experiments.benchmark.record import curve_of, final_return
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=2, max_size=8)
 
@@ -193,19 +195,46 @@ def test_area_is_the_mean_return_over_the_steps() -> None:
     np.testing.assert_allclose(areas([rising], 1000), [grid.mean()])
 
 
+def test_a_running_mean_is_that_of_the_last_points() -> None:
+    rows = np.array([[0.0, 6.0, 0.0, 3.0], [1.0, 1.0, 1.0, 1.0]])
+    np.testing.assert_allclose(running_mean(rows, 3), [[0, 3, 2, 3], [1, 1, 1, 1]])
+
+
 def test_steps_to_reach_interpolates_and_says_never() -> None:
     rising, flat = curve([0.0, 10.0, 20.0, 30.0]), curve([1.0] * 4)
     found = steps_to_reach([rising, flat, curve([50.0] * 4)], 400, 15.0)
-    np.testing.assert_allclose(found, [250.0, np.inf, 8.0])
+    # The mean of five points, 8 steps apart, on a line lags by two of them.
+    np.testing.assert_allclose(found, [250.0 + 16.0, np.inf, 8.0])
+
+
+def test_a_lucky_stretch_is_no_convergence() -> None:
+    returns = [0.0] * 50
+    returns[9], returns[40:] = 100.0, [100.0] * 10
+    (found,) = steps_to_reach([curve(returns)], 5000, 80.0)
+    assert found == pytest.approx(4400.0)  # four of the last five points
 
 
 def test_return_after_fewer_steps_is_read_off_the_curve() -> None:
     training = curve([1.0, 2.0, 3.0, 4.0], episodes=[1, 1, 3, 1])
     assert return_at(training, 300) == 3.0
-    assert return_at(training, 399) == 3.0  # no point in the last tenth: the one before
-    close = {"steps": [91, 99, 200], "return": [2.0, 6.0, 9.0], "episodes": [3, 1, 1]}
-    assert return_at(close, 100) == pytest.approx(3.0)  # weighted by episodes
-    assert np.isnan(return_at(training, 50))
+    # (288, 320]: 12 steps of the third stretch with its 3 episodes, 20 of the fourth with its 1
+    assert return_at(training, 320) == pytest.approx((0.36 * 3 + 0.2 * 4) / 0.56)
+    gap = {"steps": [100.0, 200.0, 500.0], "return": [1.0, 2.0, 9.0], "episodes": [1, 1, 1]}
+    assert return_at(gap, 300) == 2.0  # no episode in the last tenth: the point before
+    assert np.isnan(return_at(curve([]), 50))
+
+
+@given(st.integers(0, 2**31), st.sampled_from([0.2, 0.4, 0.6, 0.8, 1.0]))
+def test_a_return_read_off_a_curve_is_the_final_one_of_these_episodes(
+    seed: int, share: float
+) -> None:
+    draw = np.random.default_rng(seed)
+    ends = np.sort(draw.integers(1, 10_001, 300))
+    episodes = [{"step": float(e), "return": draw.normal(), "length": 1.0} for e in ends]
+    steps = round(share * 10_000)  # ends of stretches, and so are nine tenths of them
+    before = [episode for episode in episodes if episode["step"] <= steps]
+    curve = curve_of(episodes, 10_000)
+    assert return_at(curve, steps) == pytest.approx(final_return(before, steps))
 
 
 def test_queries_to_reach_interpolates_over_log2() -> None:
@@ -219,6 +248,7 @@ def test_queries_to_reach_interpolates_over_log2() -> None:
     assert (never.reached, never.queries, never.high) == ("not reached", 400, np.inf)
     assert queries_to_reach({}, 1.0, rng()).reached == "not reached"
     assert never.as_json()["high"] is None
+    assert first.as_json()["queries"] == 100.0  # not 100.00000000000004
 
 
 def test_queries_to_reach_takes_the_first_crossing() -> None:

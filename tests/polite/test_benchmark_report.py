@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from page_outline import Outline
 from synthetic_records import synthetic_grid, synthetic_plan, synthetic_record, synthetic_run
 
+from polite.analysis.benchmark_summary import summarise
 from polite.plots.benchmark import (
     draw_cells,
     draw_learning_curves,
@@ -23,9 +24,9 @@ from polite.plots.benchmark import (
 from polite.plots.benchmark_effects import draw_ablation, draw_improvement
 from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
-from polite.report.benchmark import CAPTIONS, render, summarise, write_benchmark_report
+from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import FIGURES
-from polite.report.benchmark_words import benchmark_findings
+from polite.report.benchmark_words import benchmark_findings, verdict_badge
 from polite.types import PoliteError
 
 GRID, PLAN = synthetic_grid(3), synthetic_plan(4)
@@ -108,6 +109,32 @@ def test_headline_follows_the_numbers() -> None:
     assert "POLITE-200 is not told apart from baseline-800" in say(702.0, 700.0)
     assert "has too few runs to be told apart from" in say(900.0, 700.0, seeds=1)
     assert "undecided" in str(benchmark_findings(summarise([])))
+
+
+def test_verdicts_while_runs_are_missing_are_told_apart(results: dict[str, Any]) -> None:
+    waiting = [claim for claim in results["claims"] if claim["missing"]]
+    assert waiting  # the plan has a seed more than the grid
+    for claim in waiting:
+        assert "so far: " in verdict_badge(claim)
+        assert "so far" not in verdict_badge(claim | {"missing": []})
+    assert "so far, with runs missing" in benchmark_findings(results)
+    whole = benchmark_findings(summarise(GRID, synthetic_plan(3)))
+    assert "so far" not in whole
+    ours = next(c for c in results["claims"] if c["highlights"] == "choice")
+    assert "so far: holds<" in verdict_badge(ours | {"verdict": "reproduced"})
+
+
+def test_the_bar_tells_every_part_that_is_judged(results: dict[str, Any]) -> None:
+    text = benchmark_findings(results)
+    bars = [claim for claim in results["claims"] if claim["id"].startswith("bar-")]
+    assert any(len(claim["parts"]) > 1 for claim in bars)
+    assert all(f"{part['what']}: " in text for claim in bars for part in claim["parts"])
+
+
+def test_records_of_other_settings_are_counted_on_the_page() -> None:
+    assert "2 left out that other settings made" in benchmark_findings(
+        summarise(GRID, PLAN, made_otherwise=2)
+    )
 
 
 def test_an_empty_grid_has_a_page(tmp_path: Path) -> None:

@@ -19,8 +19,9 @@ from synthetic_records import (
 
 from polite.analysis.benchmark_records import Grid, cell_of
 from polite.analysis.benchmark_summary import summarise
-from polite.analysis.claims_benchmark import RULES, judge_benchmark
+from polite.analysis.claims_benchmark import RULES, judge_grid
 from polite.analysis.verdicts import above, at_least, between, combine, shown
+from polite.experiments.benchmark.grid import GRIDS, planned
 from polite.types import InvalidValueError
 
 Records = list[dict[str, Any]]
@@ -36,6 +37,10 @@ def cells(
         for (method, queries), mean in levels.items()
         for k, offset in enumerate(offsets)
     ]
+
+
+def judge_benchmark(records: Records, planned: Records | None = None) -> Records:
+    return judge_grid(Grid(records, planned or []))
 
 
 def verdict(records: Records, identifier: str) -> dict[str, Any]:
@@ -117,6 +122,10 @@ def test_a_run_that_never_converges_leaves_its_side_open() -> None:
     assert steps["high"] is None
     assert steps["low"] is not None
     assert steps["verdict"] == "undecided"
+    lucky = cells({P400: 1000.0, B400: 1001.0}, spread=5.0)
+    spike = dict(lucky[0]["curve"], **{"return": [0.0] * 9 + [1001.0] + [0.0] * 39 + [1001.0]})
+    lucky[0] = lucky[0] | {"curve": spike}
+    assert verdict(lucky, "H2")["parts"][1]["high"] is None  # one stretch is no convergence
     lone = cells({P400: 2000.0, B400: -5.0})
     assert verdict(lone, "H2")["parts"][1]["verdict"] == "undecided"  # 80% of a loss is no target
 
@@ -176,14 +185,74 @@ def test_a_control_is_judged_only_on_what_it_ran() -> None:
 
 def test_missing_runs_are_named_and_decide_nothing() -> None:
     records = cells({P200: 900.0}, seeds=1)
-    claim = verdict(records, "walker2d-fewer-queries")
+    assert judge_benchmark(records) == []  # nobody knows of a baseline
+    plan = [synthetic_run("preferences", 800, seed=k) for k in range(5)]
+    (claim,) = judge_benchmark(records, plan)
     assert claim["verdict"] == "undecided"
-    assert claim["missing"] == ["POLITE-200: 1 of 2 runs", "baseline-800: 0 of 2 runs"]
-    planned = [synthetic_run("preferences", 800, seed=k) for k in range(5)]
-    entry = next(
-        c for c in judge_benchmark(records, planned) if c["id"] == "walker2d-fewer-queries"
+    assert claim["missing"] == ["POLITE-200: 1 of 2 runs", "baseline-800: 0 of 5 runs"]
+
+
+def test_a_claim_is_judged_only_where_its_cells_are_finished_or_planned() -> None:
+    plan = synthetic_plan(3)
+    judged = judge_benchmark([], plan)
+    assert {claim["id"] for claim in judged} == {rule.id for rule in RULES}
+    assert judged and all(claim["missing"] for claim in judged)
+    for claim in judge_benchmark(FULL, plan):
+        assert claim["missing"] == []
+        assert claim["measured"] is not None
+    few = [run for run in plan if run["method"] != "pebble"]
+    assert not any("pebble" in claim["id"] for claim in judge_benchmark([], few))
+
+
+def test_the_own_grid_misses_nothing_when_it_is_complete() -> None:
+    for preset in GRIDS:
+        runs = [run.as_dict() for run in planned(preset)]
+        records = [synthetic_record(run, 1000.0 + 10 * run["seed"]) for run in runs]
+        results = summarise(records, runs)
+        assert results["missing"] == []
+        assert not any(claim["missing"] for claim in results["claims"])
+        assert {cell["preset"] for cell in results["cells"]} == {preset}
+
+
+def test_pebble_is_compared_only_under_the_loss_that_it_was_run_with() -> None:
+    results = summarise(FULL, PLAN)
+    rows = [*results["comparisons"], *results["queries_to_reach"]]
+    rows = [row for row in rows if "PEBBLE" in str(row) or row.get("method") == "pebble"]
+    assert rows and {row["loss"] for row in rows} == {"pairwise"}
+    losses = {c["loss"] for c in results["claims"] if "PEBBLE" in c["text"]}
+    assert losses == {"pairwise"}
+
+
+def test_highlights_alone_serve_both_losses_and_are_told_once() -> None:
+    levels = {P400: 1000.0, B400: 500.0}
+    records = cells({**levels, ("highlights", 400): 300.0, ("untrained", 0): 100.0})
+    records += cells(levels, loss="released")
+    found = [claim for claim in judge_benchmark(records) if claim["id"] == "fig4c"]
+    assert {claim["loss"]: claim["measured"] for claim in found} == pytest.approx(
+        {"pairwise": 300.0, "released": 300.0}
     )
-    assert entry["missing"] == ["POLITE-200: 1 of 2 runs", "baseline-800: 0 of 5 runs"]
+    results = summarise([*records, *cells({("ground-truth", 0): 2000.0})])
+    pairs = [row["loss"] for row in results["comparisons"] if row["first"] == "highlights-400"]
+    assert pairs == ["pairwise"]
+    reach = [row["loss"] for row in results["queries_to_reach"] if row["method"] == "highlights"]
+    assert reach and set(reach) == {"pairwise"}
+
+
+def test_only_under_the_papers_own_conditions_is_a_claim_the_papers() -> None:
+    levels = {P200: 900.0, B800: 700.0}
+    records = cells(levels) + cells(levels, loss="released") + cells(levels, form="choice")
+    records += cells(levels, variant="no-termination")
+    found = {
+        (claim["loss"], claim["highlights"], claim["variant"]): claim["kind"]
+        for claim in judge_benchmark(records)
+        if claim["id"] == "walker2d-fewer-queries"
+    }
+    assert found == {
+        ("pairwise", "paper", ""): "emergent",
+        ("released", "paper", ""): "emergent",
+        ("pairwise", "choice", ""): "comparison",
+        ("pairwise", "paper", "no-termination"): "comparison",
+    }
 
 
 def test_runs_without_a_finished_episode_are_left_out() -> None:
@@ -230,6 +299,7 @@ def test_verdict_parts() -> None:
     assert between("", wide, 40, 50).verdict == "not reproduced"
     assert between("", wide, 0, 50).verdict == "undecided"
     assert combine(["reproduced", shown("", wide).verdict]) == "reproduced"
+    assert combine([shown("", wide).verdict]) == "shown"
 
 
 def welch(values: list[float]) -> Any:

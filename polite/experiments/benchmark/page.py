@@ -7,7 +7,7 @@ from typing import Any
 
 from polite.analysis.benchmark_summary import summarise
 from polite.experiments.benchmark.grid import planned
-from polite.experiments.benchmark.record import read_records
+from polite.experiments.benchmark.record import made_otherwise, read_records
 from polite.files import read_json_object, write_json
 from polite.report.benchmark import write_benchmark_report
 from polite.types import PoliteError
@@ -59,6 +59,10 @@ def report_grid(folder: Path) -> Path:
         PoliteError: if the folder holds no grid, or another format's.
     """
     runs = planned(preset_in(folder))
-    results = summarise(read_records(folder, runs), [run.as_dict() for run in runs])
+    results = summarise(
+        read_records(folder, runs),
+        [run.as_dict() for run in runs],
+        made_otherwise=sum(made_otherwise(folder, run) for run in runs),
+    )
     write_json(folder / "results.json", results)
     return write_benchmark_report(folder, results)
