@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
+
+import tyro
 
 from polite.types import InvalidValueError
 
 Preset = Literal["smoke", "fast", "paper"]
+_ALL = tyro.conf.arg(help_behavior_hint="(default: all)")
+Names = Annotated[tuple[str, ...], _ALL]
+Numbers = Annotated[tuple[int, ...], _ALL]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,18 +28,25 @@ class BenchmarkConfig:
     """Folder for everything; new, unless --resume."""
     preset: Preset = "fast"
     """smoke: two minutes, to see that it runs; fast: days on two cores; paper: the paper's own nets
-    and PPO for the two cells that its claim compares."""
-    env: tuple[str, ...] = ()
-    """Only these envs."""
-    method: tuple[str, ...] = ()
-    """Only these methods; with a budget, as in polite-200, only that one."""
-    seeds: tuple[int, ...] = ()
+    and PPO for the cells that its first claim compares, under both losses, with floor and ceiling.
+    With --status the folder's own."""
+    env: Names = ()
+    """Only these envs: Walker2d-v5, HalfCheetah-v5; smoke has the first."""
+    method: Names = ()
+    """Only these methods: ground-truth, untrained, polite, preferences, highlights, pebble; with a
+    budget, as in polite-200, only that one."""
+    seeds: Numbers = ()
     """Only these seeds."""
-    stage: tuple[int, ...] = ()
-    """Only these stages of the grid, the first is 1."""
-    highlights: tuple[str, ...] = ()
+    stage: Numbers = ()
+    """Only these stages of the grid, the most important first; smoke and paper have one. Of fast:
+    1: pairwise loss: POLITE and baseline with 200 to 800 queries, our form, floor and ceiling
+    2: equal effort (262, 525), our form with 100 and 400, the released loss
+    3: highlights alone, and Walker2d without its early end
+    4: PEBBLE, and POLITE with 100
+    5: five more seeds of the headline"""
+    highlights: Names = ()
     """Only these forms of the highlight loss: paper, choice; none for runs without highlights."""
-    loss: tuple[str, ...] = ()
+    loss: Names = ()
     """Only these preference losses: pairwise, released; none for runs without answers."""
     jobs: int = 0
     """Runs at a time, one core each; 0 for as many as there are cores. Ray counts its own."""

@@ -9,6 +9,7 @@ from typing import Any
 from polite.analysis.planning import StudyPlan, plan_study
 from polite.experiments.plan_config import PlanConfig
 from polite.files import read_json_object
+from polite.report.benchmark_words import reached_words
 from polite.types import InvalidValueError
 
 
@@ -73,18 +74,23 @@ def _queries_of(config: PlanConfig, folder: Path) -> tuple[int, str]:
         raise InvalidValueError(
             f"{path}: expected {config.method} on {config.env} with its queries to reach "
             f"{config.share:.0%} of the true reward's return, found none; choose another env, "
-            "method or share, or give --queries"
+            "method, loss, form of highlights or share, or give --queries"
         )
-    best = min(fitting, key=lambda row: (row["reached"] == "not reached", row["queries"] or 0))
-    if best["reached"] == "not reached":
+    (row,) = fitting
+    if row["reached"] == "not reached":
         raise InvalidValueError(
             f"{path}: {config.method} did not reach {config.share:.0%} of the true reward's return "
-            f"on {config.env} with {best['queries']:.0f} queries; ask for a smaller --share"
+            f"on {config.env} with {row['queries']:.0f} queries, the most that were tried; ask for "
+            "a smaller --share"
         )
-    form = f", {best['highlights']} highlights" if best["highlights"] else ""
-    return round(best["queries"]), f"{config.env}, {best['loss']} loss{form}"
+    form = f", {row['highlights']} highlights" if row["highlights"] else ""
+    found = f"the benchmark's {reached_words(row)} on {config.env}, {row['loss']} loss{form}"
+    return round(row["queries"]), found
 
 
 def _fits(row: Mapping[str, Any], config: PlanConfig) -> bool:
-    wanted = (config.env, config.method, config.share)
-    return (row["env"], row["method"], row["share"]) == wanted and row["queries"] is not None
+    """Whether a row is about what was asked for, in the env itself and not in a variant of it."""
+    form = config.highlights if config.method == "polite" else None
+    wanted = (config.env, config.method, config.share, config.loss, form, "")
+    names = ("env", "method", "share", "loss", "highlights", "variant")
+    return tuple(row[name] for name in names) == wanted

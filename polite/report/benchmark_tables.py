@@ -6,7 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from polite.analysis.benchmark_records import NAMES
-from polite.report.benchmark_words import condition_words, form_words, verdict_badge
+from polite.report.benchmark_words import (
+    condition_words,
+    form_words,
+    reached_words,
+    verdict_badge,
+)
 from polite.report.html import Markup, element, join, table
 from polite.report.tables import BADGES, measurement
 from polite.report.words import NBSP, number, stored
@@ -125,7 +130,7 @@ def reach_table(rows: Parts) -> Markup:
     found: dict[tuple[str, str], dict[str, str]] = {}
     for row in rows:
         where = (NAMES[row["method"]], f"{row['env']}, {condition_words(row)}")
-        found.setdefault(where, {})[row["what"]] = _reached(row)
+        found.setdefault(where, {})[row["what"]] = reached_words(row)
     body = ((*where, *(cells.get(t, "–") for t in targets)) for where, cells in found.items())
     return table(caption, ("Method", "Env and condition", *targets), body)
 
@@ -169,11 +174,3 @@ def _stages(cell: Mapping[str, Any], name: str) -> Markup:
 
 def _joined(values: Iterator[float | None]) -> str:
     return ", ".join(number(value) for value in values)
-
-
-def _reached(row: Mapping[str, Any]) -> str:
-    sign = {"at": "", "at or before": "≤" + NBSP, "not reached": ">" + NBSP}[row["reached"]]
-    if row["low"] is None:
-        return f"{sign}{row['queries']:.0f}"
-    high = "∞" if row["high"] is None else f"{row['high']:.0f}"
-    return f"{sign}{row['queries']:.0f} [{row['low']:.0f},{NBSP}{high}]"

@@ -9,7 +9,7 @@ from typing import Any
 from polite.analysis.benchmark_records import PAPER_FORM, Condition
 from polite.report.html import Markup, element, join
 from polite.report.tables import badge
-from polite.report.words import number, stored
+from polite.report.words import NBSP, number, stored
 
 Results = Mapping[str, Any]
 
@@ -132,3 +132,12 @@ def form_words(form: str | None) -> str:
     if form is None:
         return "–"
     return "the paper's" if form == PAPER_FORM else form
+
+
+def reached_words(row: Mapping[str, Any]) -> str:
+    """Queries to reach a return with their interval; > the largest budget, ≤ the smallest."""
+    sign = {"at": "", "at or before": "≤" + NBSP, "not reached": ">" + NBSP}[row["reached"]]
+    if row["low"] is None:
+        return f"{sign}{row['queries']:.0f}"
+    high = "∞" if row["high"] is None else f"{row['high']:.0f}"
+    return f"{sign}{row['queries']:.0f} [{row['low']:.0f},{NBSP}{high}]"

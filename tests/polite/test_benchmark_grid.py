@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import tyro
 
 from polite.experiments.benchmark.grid import GRIDS, Run, grid, planned, select
 from polite.experiments.benchmark_config import BenchmarkConfig
@@ -88,6 +89,28 @@ def test_everything_that_was_asked_for_is_in_the_grid() -> None:
     assert ("polite-200", "pairwise", "choice", "no-termination", million) in cells
     headline = {run.seed for run in planned("fast") if run == replace(HEADLINE, seed=run.seed)}
     assert headline == set(range(10))
+
+
+def test_every_grid_has_a_floor_and_a_ceiling() -> None:
+    for preset in GRIDS:
+        for env in {run.env for run in planned(preset)}:
+            methods = {run.method for run in planned(preset) if run.env == env}
+            assert {"ground-truth", "untrained"} < methods
+
+
+def test_the_help_lists_what_can_be_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        tyro.cli(BenchmarkConfig, args=["--help"])
+    text = " ".join(re.sub("[│\\s]+", " ", capsys.readouterr().out).split())
+    for preset in GRIDS:
+        for run in planned(preset):
+            assert {run.env, run.method, run.loss or "none", run.highlights or "none"} <= set(
+                re.split(r"[ ,;:()]+", text)
+            )
+    described = re.findall(r" (\d): ", text)
+    assert described == [str(number) for number in range(1, len(grid("fast")) + 1)]
+    assert text.count("(default: all)") == 6
+    assert "(default: )" not in text
 
 
 def test_filters_keep_the_order_and_narrow_together() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from polite.analysis.planning import (
 from polite.experiments.plan import run_plan
 from polite.experiments.plan_config import PlanConfig
 from polite.files import write_json
+from polite.report.benchmark_words import reached_words
 from polite.types import InvalidValueError, PoliteError
 
 
@@ -126,12 +128,32 @@ def test_plan_in_words() -> None:
     assert "18.9" in noisy
 
 
+def found(rows: list[dict[str, Any]], **wanted: object) -> dict[str, Any]:
+    """The row of POLITE on Walker2d under the pairwise loss."""
+    wanted |= {"method": "polite", "env": "Walker2d-v5", "loss": "pairwise", "preset": "fast"}
+    (row,) = (row for row in rows if all(row[name] == value for name, value in wanted.items()))
+    return row
+
+
 def test_plan_from_a_benchmark(tmp_path: Path) -> None:
-    write_json(tmp_path / "results.json", summarise(synthetic_grid(3)))
+    results = summarise(synthetic_grid(3))
+    control = {"variant": "no-termination", "reached": "at", "queries": 1.0, "low": 1.0, "high": 1}
+    rows = results["queries_to_reach"]
+    results["queries_to_reach"] = [*({**row, **control} for row in rows), *rows]
+    write_json(tmp_path / "results.json", results)
     text = run_plan(PlanConfig(benchmark=tmp_path, share=0.5))
-    assert "Walker2d-v5, pairwise loss, choice highlights" in text
-    with pytest.raises(InvalidValueError, match="did not reach 90%"):
+    assert "on Walker2d-v5, pairwise loss, choice highlights" in text
+    row = found(rows, highlights="choice", share=0.5)
+    assert f"{row['queries']:.0f} (the benchmark's {reached_words(row)} on" in text
+    assert reached_words(row).endswith("]")
+    at_once = reached_words({**row, "reached": "at or before"})
+    assert at_once.startswith("≤")
+    with pytest.raises(InvalidValueError, match=r"did not reach 90% .* 400 queries, the most that"):
         run_plan(PlanConfig(benchmark=tmp_path, share=0.9))
+    with pytest.raises(InvalidValueError, match="800 queries, the most that"):
+        run_plan(PlanConfig(benchmark=tmp_path, share=0.9, method="preferences"))
+    with pytest.raises(InvalidValueError, match="400 queries, the most that"):
+        run_plan(PlanConfig(benchmark=tmp_path, share=0.5, highlights="paper", loss="released"))
     with pytest.raises(InvalidValueError, match="Ant-v5"):
         run_plan(PlanConfig(benchmark=tmp_path, env="Ant-v5"))
     with pytest.raises(PoliteError, match="polite benchmark"):

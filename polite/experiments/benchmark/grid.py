@@ -262,6 +262,8 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("preferences", 800, preset="paper"),
                     *_cell("polite", 200, preset="paper", loss="released"),
                     *_cell("preferences", 800, preset="paper", loss="released"),
+                    *_cell("ground-truth", preset="paper"),
+                    *_cell("untrained", preset="paper"),
                 ),
                 seeds=range(5),
             ),
