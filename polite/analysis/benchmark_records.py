@@ -129,14 +129,6 @@ class Grid:
         """Every env of the grid, by name."""
         return sorted({cell.env for cell in self.runs})
 
-    def main_preset(self, env: str) -> str:
-        """The preset that most runs of an env have; others are controls."""
-        counts: dict[str, int] = {}
-        for cell in self.cells(env):
-            size = len(self.runs[cell]) + len(self.missing_seeds(cell))
-            counts[cell.preset] = counts.get(cell.preset, 0) + size
-        return max(sorted(counts), key=lambda preset: counts[preset])
-
     def cells(self, env: str) -> Iterator[Cell]:
         """The cells of an env."""
         return (cell for cell in self.runs if cell.env == env)
@@ -144,7 +136,7 @@ class Grid:
     def conditions(self, env: str) -> list[Condition]:
         """Every combination of loss and form of highlights that the env's cells hold.
 
-        The main preset without a variant comes first, the pairwise loss and the paper's form first
+        The env itself comes before its variants, the pairwise loss and the paper's form first
         within it.
         """
         held: set[Condition] = set()
@@ -154,11 +146,10 @@ class Grid:
                 held.add(Condition(cell.preset, cell.variant, cell.loss, form))
         formed = {replace(condition, highlights=None) for condition in held if condition.highlights}
         held -= formed  # preferences alone make a condition only where nothing else does
-        main = self.main_preset(env)
         return sorted(
             held,
             key=lambda c: (
-                (c.preset != main, c.variant != "", c.preset, c.variant),
+                (c.preset, c.variant),
                 (c.highlights != PAPER_FORM, c.highlights or "", c.loss != PAIRWISE, c.loss),
             ),
         )

@@ -54,7 +54,7 @@ def summarise(
             the intervals of its own cell alone.
 
     Returns:
-        `simulated_teacher`, `runs` (counts), `presets` (of each env's main grid), `cells`,
+        `simulated_teacher`, `runs` (counts), `envs` (by name), `cells`,
         `aggregates` (over envs), `comparisons`, `queries_to_reach`, `claims` and `missing`, in
         plain values.
 
@@ -72,7 +72,7 @@ def summarise(
             "plan_known": bool(planned),
             "made_otherwise": made_otherwise,
         },
-        "presets": {env: grid.main_preset(env) for env in grid.envs},
+        "envs": grid.envs,
         "cells": [cell_part(grid, cell, seed) for cell, runs in grid.runs.items() if runs],
         "aggregates": _aggregates(grid, seed),
         "comparisons": [part for view in _views(grid) for part in _comparisons(view, seed)],

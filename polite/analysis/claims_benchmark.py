@@ -58,12 +58,13 @@ class Rule:
     kind: Kind = "emergent"
     """Under the paper's own conditions."""
     own_form: bool = False
-    """Whether it is about our form of the highlights under the pairwise loss alone."""
+    """Whether it is about our form under the pairwise loss, in the env itself, alone."""
 
     def applies(self, env: str, condition: Condition) -> bool:
         """Whether the claim is about this env under this condition."""
         own = condition.loss == PAIRWISE and condition.highlights not in (PAPER_FORM, None)
-        return env.startswith(self.env) and (own or not self.own_form)
+        bar = own and not condition.variant
+        return env.startswith(self.env) and (bar or not self.own_form)
 
     @property
     def highlighted(self) -> bool:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from polite.analysis.benchmark_records import PAIRWISE, PAPER_FORM, UNASKED
+from polite.analysis.benchmark_records import ANY_LOSS, PAIRWISE, PAPER_FORM, UNASKED
 from polite.analysis.claims_benchmark import EQUAL_EFFORT
 from polite.plots.benchmark import (
     draw_aggregates,
@@ -77,7 +77,7 @@ def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
 
 def learning_figure(results: Results) -> Figure | None:
     """Fig. 4: one row an env, one column a loss and form of highlights."""
-    envs, columns = list(results["presets"]), places(results)
+    envs, columns = results["envs"], places(results)
     if not columns:
         return None
     figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
@@ -101,7 +101,7 @@ def learning_figure(results: Results) -> Figure | None:
 
 def queries_figure(results: Results) -> Figure | None:
     """Final return against queries: one row an env, one column a loss."""
-    envs = list(results["presets"])
+    envs = results["envs"]
     losses = sorted({loss for loss, _ in places(results)}, key=lambda loss: loss != PAIRWISE)
     if not losses:
         return None
@@ -111,7 +111,11 @@ def queries_figure(results: Results) -> Figure | None:
     for row, env in zip(axes, envs, strict=True):
         for ax, loss in zip(row, losses, strict=True):
             ax.set_xlim(min(budgets) / 1.2, max(budgets) * 1.2)
-            cells = [c for c in main_cells(results, env) if c["loss"] in (None, loss)]
+            cells = [
+                cell
+                for cell in main_cells(results, env)
+                if cell["loss"] == loss or cell["method"] in ANY_LOSS
+            ]
             draw_returns_by_queries(ax, full_length(cells)).set_title(f"{env}, {loss} loss")
         for ax in row[1:]:
             ax.set_ylabel("")
@@ -122,7 +126,7 @@ def queries_figure(results: Results) -> Figure | None:
 
 def cells_figure(results: Results) -> Figure | None:
     """Interquartile mean and runs of every cell, one panel an env."""
-    envs = list(results["presets"])
+    envs = results["envs"]
     groups = {env: cell_groups(results, env) for env in envs}
     rows = max((sum(len(cells) for _, cells in groups[env]) for env in envs), default=0)
     if rows == 0:
@@ -137,11 +141,7 @@ def cells_figure(results: Results) -> Figure | None:
 
 def aggregate_figure(results: Results) -> Figure | None:
     """Interquartile mean of the normalised scores over envs, for each loss a panel."""
-    parts = [
-        part
-        for part in results["aggregates"]
-        if part["method"] not in UNASKED and part["preset"] in results["presets"].values()
-    ]
+    parts = [part for part in results["aggregates"] if part["method"] not in UNASKED]
     if not parts:
         return None
     names = {part["label"] + form_of(part) for part in parts}
@@ -154,14 +154,13 @@ def aggregate_figure(results: Results) -> Figure | None:
 
 def improvement_figure(results: Results) -> Figure | None:
     """Probability of improvement of every pair of cells, one panel an env."""
-    envs, columns = list(results["presets"]), places(results)
+    envs, columns = results["envs"], places(results)
     shown = {
         env: {
             place_title(place): [
                 part
                 for part in results["comparisons"]
-                if (part["env"], part["preset"], part["variant"])
-                == (env, results["presets"][env], "")
+                if (part["env"], part["variant"]) == (env, "")
                 and (part["loss"], part["highlights"] or PAPER_FORM) == place
             ]
             for place in columns
@@ -187,7 +186,7 @@ def improvement_figure(results: Results) -> Figure | None:
 
 def ablation_figure(results: Results) -> Figure | None:
     """Fig. 4c: neither, highlights, preferences, both; one panel an env."""
-    envs = list(results["presets"])
+    envs = results["envs"]
     queries = ablation_budget(results)
     if queries is None:
         return None
@@ -220,7 +219,7 @@ def ablation_figure(results: Results) -> Figure | None:
 
 def quality_figure(results: Results) -> Figure | None:
     """How the learned reward's quality goes with the final return: a row an env."""
-    envs = list(results["presets"])
+    envs = results["envs"]
     shown = {
         env: [c for c in main_cells(results, env) if c["method"] not in UNASKED] for env in envs
     }

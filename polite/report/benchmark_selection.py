@@ -27,22 +27,21 @@ def short_title(place: Place) -> str:
 
 
 def places(results: Results) -> list[Place]:
-    """The losses and forms of highlights of the main grids; the paper's first, pairwise first."""
+    """The losses and forms of highlights of the grid; the paper's first, pairwise first."""
     found = {
         (cell["loss"], cell["highlights"])
-        for env in results["presets"]
+        for env in results["envs"]
         for cell in main_cells(results, env)
         if cell["method"] in ("polite", "highlights")
     }
-    plain = {cell["loss"] for env in results["presets"] for cell in main_cells(results, env)}
+    plain = {cell["loss"] for env in results["envs"] for cell in main_cells(results, env)}
     found |= {(loss, PAPER_FORM) for loss in plain - {None} - {loss for loss, _ in found}}
     return sorted(found, key=lambda place: (place[1] != PAPER_FORM, place[0] != PAIRWISE, place))
 
 
 def main_cells(results: Results, env: str) -> list[Cell]:
-    """The cells of an env's main grid, without controls."""
-    here = (env, results["presets"][env], "")
-    return [c for c in results["cells"] if (c["env"], c["preset"], c["variant"]) == here]
+    """The cells of an env itself, without those of its variants."""
+    return [c for c in results["cells"] if (c["env"], c["variant"]) == (env, "")]
 
 
 def seen_cells(results: Results, env: str, place: Place) -> list[Cell]:
@@ -67,12 +66,10 @@ def full_length(cells: Sequence[Cell]) -> list[Cell]:
 def cell_groups(results: Results, env: str) -> list[tuple[str, list[Cell]]]:
     """All cells of an env, parted by what they may be compared within."""
     groups: dict[str, list[Cell]] = {}
-    main = results["presets"][env]
     for cell in results["cells"]:
         if cell["env"] != env:
             continue
-        control = [] if cell["preset"] == main else [f"preset {cell['preset']}"]
-        control += [cell["variant"]] if cell["variant"] else []
+        control = [cell["variant"]] if cell["variant"] else []
         title = ", ".join([f"{cell['loss']} loss" if cell["loss"] else "no queries", *control])
         groups.setdefault(title, []).append(cell)
     titles = sorted(groups, key=lambda title: ("," in title, title))

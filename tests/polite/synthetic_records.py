@@ -96,10 +96,10 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
             runs += [synthetic_run("polite", q, form="choice", **place) for q in (100, 200, 400)]
             if seed < 3:
                 runs += [synthetic_run("pebble", q, steps=STEPS // 4, **place) for q in (200, 400)]
-            if seed < 2:
-                paper = place | {"preset": "paper"}
-                runs.append(synthetic_run("polite", 200, **paper))
-                runs.append(synthetic_run("preferences", 800, **paper))
+        free = {"env": env, "variant": "no-termination"}
+        for seed in range(min(seeds, 2)):
+            runs.append(synthetic_run("polite", 200, seed=seed, **free))
+            runs.append(synthetic_run("preferences", 800, seed=seed, **free))
     return runs
 
 

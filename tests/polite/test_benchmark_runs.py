@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from polite.experiments.benchmark.drive import run_grid
+from polite.experiments.benchmark import drive, grid
+from polite.experiments.benchmark.drive import BUSY, benchmark, run_grid
 from polite.experiments.benchmark.engines import LocalEngine
-from polite.experiments.benchmark.grid import Run
+from polite.experiments.benchmark.grid import Block, Run
 from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.page import identity
 from polite.experiments.benchmark.record import KEYS, read_record, record_path
 from polite.experiments.benchmark.standing import times_path
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.run_folder import claim_folder, sole_run
+from polite.types import PoliteError
 
 POINT = "registered_envs:Point-v0"
 TRUE = Run(POINT, "ground-truth", 0, None, None, "smoke", 2048)
@@ -64,11 +69,18 @@ def records(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted((folder / "runs").iterdir())}
 
 
+TINY = {"smoke": ((Block(cells=(POLITE, TRUE, PEBBLE), seeds=range(1)),),)}
+"""The grid of this file's runs."""
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a benchmark from the command to its page."""
     folder = tmp_path_factory.mktemp("grid") / "run"
-    claim_folder(folder, identity("smoke"), False)
-    go(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(grid, "GRIDS", TINY)
+        page = benchmark(BenchmarkConfig(out=folder, preset="smoke", jobs=2))
+    assert page == folder / "report.html"
     return folder
 
 
@@ -76,6 +88,31 @@ def found(folder: Path, run: Run) -> dict[str, Any]:
     record = read_record(folder, run)
     assert record is not None
     return record
+
+
+def test_a_benchmark_ends_with_its_numbers_and_its_page(finished: Path) -> None:
+    results = json.loads((finished / "results.json").read_text("utf-8"))
+    assert results["runs"] | {"finished": 3, "missing": 0, "made_otherwise": 0} == results["runs"]
+    assert {cell["label"] for cell in results["cells"]} == {"true reward", "POLITE-10", "PEBBLE-10"}
+    assert "3 runs finished, 0 missing" in (finished / "report.html").read_text("utf-8")
+    assert list((finished / "figures").glob("*.png"))
+
+
+def test_a_finished_benchmark_that_goes_on_repeats_nothing(
+    finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(grid, "GRIDS", TINY)
+    monkeypatch.setattr(drive, "report_grid", lambda folder: folder)
+    before = {path: path.stat().st_mtime_ns for path in (finished / "runs").iterdir()}
+    config = BenchmarkConfig(out=finished, preset="smoke", resume=True)
+    assert benchmark(config) == finished
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    busy = BUSY.format(process=os.getpid(), folder=finished)
+    with sole_run(finished, identity("smoke"), True, BUSY):
+        with pytest.raises(PoliteError, match=re.escape(busy)):
+            benchmark(config)
+        benchmark(replace(config, status=True))  # may be asked all the same
+    assert "3 of 3 runs done" in capsys.readouterr().out
 
 
 def test_every_run_leaves_one_record_and_its_models(finished: Path) -> None:
