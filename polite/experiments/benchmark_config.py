@@ -61,7 +61,8 @@ class BenchmarkConfig:
     status: bool = False
     """Only say how far the grid in the folder is; may be asked while it runs."""
     resume: bool = False
-    """Go on in a folder of the same preset; finished runs are not repeated."""
+    """Go on in a folder of the same preset; finished runs are not repeated, unless their settings
+    have changed since."""
 
     def __post_init__(self) -> None:
         """Check the numbers.

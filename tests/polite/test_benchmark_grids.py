@@ -19,7 +19,7 @@ from rich.console import Console
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from polite.dataset import Feedback
-from polite.experiments.benchmark import board, drive
+from polite.experiments.benchmark import board, drive, settings
 from polite.experiments.benchmark import run as run_module
 from polite.experiments.benchmark.board import Board, one_line, view
 from polite.experiments.benchmark.drive import benchmark, run_grid
@@ -236,6 +236,7 @@ def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]
 
 def test_a_fingerprint_sees_what_has_no_place_in_the_name(monkeypatch: pytest.MonkeyPatch) -> None:
     before = fingerprint(FIRST_RUN)
+    other = fingerprint(replace(FIRST_RUN, env="HalfCheetah-v5"))
     preset = PRESETS["Walker2d"]
     assert preset.oracle is not None
     for change in (
@@ -246,7 +247,9 @@ def test_a_fingerprint_sees_what_has_no_place_in_the_name(monkeypatch: pytest.Mo
     ):
         with monkeypatch.context() as patch:
             patch.setitem(PRESETS, "Walker2d", replace(preset, **change))  # type: ignore[arg-type, misc]
+            patch.setattr(settings, "_digest", settings._digest.__wrapped__)  # without its cache
             assert fingerprint(FIRST_RUN) != before
+            assert fingerprint(replace(FIRST_RUN, env="HalfCheetah-v5")) == other
     assert fingerprint(FIRST_RUN) == before
 
 

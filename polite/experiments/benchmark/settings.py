@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
@@ -108,6 +109,12 @@ def fingerprint(run: Run) -> str:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
+    return _digest(replace(run, seed=0))
+
+
+@cache
+def _digest(run: Run) -> str:
+    """Cached, because a board asks for every run of a grid, again and again."""
     return hashlib.sha256(canonical(run).encode("utf-8")).hexdigest()[:16]
 
 
