@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import gymnasium as gym
@@ -139,12 +140,13 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
             importlib.import_module(module)
         spec = gym.spec(name)
         mode: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP}
-        if _has_mode(spec):
-            env = gym.make_vec(name, count, **mode, **settings)
-        else:
-            env = gym.make_vec(
-                name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
-            )
+        with _quiet_models(spec):
+            if _has_mode(spec):
+                env = gym.make_vec(name, count, **mode, **settings)
+            else:
+                env = gym.make_vec(
+                    name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
+                )
     except (gym.error.Error, ImportError, TypeError, ValueError) as error:
         raise PoliteError(f"cannot make {env_id!r}: {one_line(error)}") from error
     if not isinstance(env.single_action_space, gym.spaces.Box):
@@ -153,6 +155,25 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
             f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
         )
     return GymnasiumVecEnv(env, seed)
+
+
+@contextmanager
+def _quiet_models(spec: EnvSpec) -> Iterator[None]:
+    """Keep MuJoCo's compiler still while Gymnasium's models are read.
+
+    MuJoCo 4 finds something to warn about in HalfCheetah's, every time: on the terminal, over the
+    progress bars, and in a MUJOCO_LOG.TXT where the program runs.
+    """
+    if "mujoco" not in str(spec.entry_point):
+        yield
+        return
+    mujoco = importlib.import_module("mujoco")
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _has_mode(spec: EnvSpec) -> bool:

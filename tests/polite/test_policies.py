@@ -2,6 +2,7 @@ import tempfile
 from itertools import pairwise
 
 import gymnasium as gym
+import mujoco
 import numpy as np
 import pytest
 import torch
@@ -325,3 +326,14 @@ def test_spaces_are_those_of_the_env() -> None:
     env = make_vec_env("Pendulum-v1", 3, 0)
     assert env.num_envs == 3
     assert env.observation_space == gym.make("Pendulum-v1").observation_space
+
+
+def test_a_model_that_mujoco_warns_about_is_made_without_a_word(
+    tmp_path, monkeypatch, capfd
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    before = mujoco.get_mju_user_warning()
+    make_vec_env("HalfCheetah-v5", 2, 0).close()
+    assert capfd.readouterr() == ("", "")
+    assert not list(tmp_path.iterdir())
+    assert mujoco.get_mju_user_warning() is before  # what comes later is heard
