@@ -89,8 +89,10 @@ def as_markdown(results: Results) -> str:
 
 def _page(results: Results, pictures: list[Path]) -> str:
     captions = {
-        "gains": "Difference from preferences alone on segments of later stages, paired by trial, "
-        "with its 95% t interval. Filled: the interval excludes 0.",
+        "gains": "Difference from preferences alone on segments of later stages, at "
+        f"{_deciding(results)} queries, paired by trial, with its 95% t interval. Filled: the "
+        "interval excludes 0. All trials of an env have the same segments, so that the intervals "
+        "cover queries, mistakes and first weights, not other policies.",
         "queries": "Held-out quality against the number of queries, segments of later stages.",
     }
     pieces = [figure(path, path.stem.capitalize(), captions[path.stem]) for path in pictures]
@@ -160,10 +162,10 @@ def _gains(results: Results) -> Figure:
     grid = picture.subplots(2, len(envs), squeeze=False, sharey=True, sharex="row")
     for line, (measure, says) in zip(grid, shown.items(), strict=True):
         for ax, env in zip(line, envs, strict=True):
-            budget = _deciding(results, env)
-            rows = [r for r in _rows(results, env, budget) if r["candidate"] in names]
+            found = _rows(results, env, _deciding(results))
+            rows = [row for row in found if row["candidate"] in names]
             draw_gains(ax, rows, "late", measure, names)
-            ax.set_title(f"{env}, {budget} queries")
+            ax.set_title(env)
             ax.set_xlabel(says)
     return picture
 
@@ -181,6 +183,6 @@ def _ladder(results: Results) -> Figure:
     return picture
 
 
-def _deciding(results: Results, env: str) -> int:
-    budgets = [int(r["queries"]) for r in results["rows"] if r["env"] == env]
+def _deciding(results: Results) -> int:
+    budgets = [int(row["queries"]) for row in results["rows"]]
     return max(budget for budget in budgets if budget <= DECIDING_BUDGET)
