@@ -16,8 +16,7 @@ from polite.teachers.quantile import QUANTILES, QuantileOracle, moment_quantiles
 from polite.types import SegmentPool
 
 OWN_FORM = "choice"
-"""The form of the highlight loss that did best offline and is used unless the paper's is asked
-for."""
+"""The form of the highlight loss that is used unless another is asked for (docs/highlights.md)."""
 TIE = 0.01
 """Tie threshold for such an env, as a share of the spread of the first segments' returns."""
 

@@ -115,13 +115,13 @@ def render(results: Results, pictures: list[Path]) -> str:
     """The whole page as text."""
     sections = [
         section("findings", "What came out", benchmark_findings(results)),
-        section("missing", "What is missing", _missing(results)),
         section("figures", "Figures", *(figure(path, *CAPTIONS[path.stem]) for path in pictures)),
         section("claims", "Claims and verdicts", element("p", RULES), *_claims(results)),
         section("cell-table", "Cells", cells_table(results["cells"])),
         section("pairs", "Comparisons", comparisons_table(results["comparisons"])),
         section("reach", "Queries to reach a return", reach_table(results["queries_to_reach"])),
         section("rewards", "Answers and learned rewards", reward_table(results["cells"])),
+        section("missing", "What is missing", _missing(results)),
     ]
     return document(TITLE, _header(), element("main", *sections))
 
