@@ -110,7 +110,7 @@ class Completion(_Part):
     text: Text = "Thank you for taking part."
     """Shown at the end."""
     code: str = ""
-    """The same for everybody, as a panel asks for; empty: each participant gets one of their own."""
+    """The same for everybody, as panels ask for; empty: each participant gets one of their own."""
     url: Annotated[str, Field(pattern=r"^(https?://\S+)?$")] = ""
     """Where to go on to, such as a panel's page; empty: nowhere."""
 
@@ -133,6 +133,8 @@ class Design(_Part):
     """Shown on every page."""
     contact: Line
     """Whom participants can ask."""
+    answered_by: Literal["people", "robots"] = "people"
+    """robots: programs answer, to try the study out; every export and report says so."""
     env: str
     """Id of the Gymnasium env that the pool's states come from."""
     env_settings: dict[str, Any] = {}

@@ -1,0 +1,212 @@
+"""Participants in the database: how they join, are found again, go on, and withdraw.
+
+Each function works within the transaction of the connection that it is given. `now` is the server's
+time in seconds since the epoch.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Self
+
+from sqlalchemy import Connection, Row, Table, func, insert, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from polite.study import schema
+from polite.study.assignment import choose, sequence
+from polite.study.design import Design
+from polite.study.errors import Refused
+from polite.study.stages import CONSENT, DONE, after
+
+STILL_HERE: Final = 3600.0
+"""Somebody who was last seen longer ago [s] has dropped out as far as the balance is concerned."""
+
+
+@dataclass(frozen=True)
+class Participant:
+    """Somebody who has consented."""
+
+    number: int
+    condition: str
+    block: int
+    stage: str
+    code: str
+    """Withdraws their answers."""
+
+    @classmethod
+    def of(cls, row: Row[Any]) -> Self:
+        """From a row of the table."""
+        return cls(row.number, row.condition, row.block, row.stage, row.code)
+
+    @property
+    def highlights(self) -> bool:
+        """Whether they are asked for highlights."""
+        return self.condition == "polite"
+
+
+def hashed(token: str) -> str:
+    """What the database keeps of a session's token."""
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+def record_design(connection: Connection, design: Design, now: float) -> str:
+    """Keep the design that somebody is about to take part in; returns its checksum."""
+    content = design.model_dump_json()
+    sha = hashlib.sha256(content.encode()).hexdigest()
+    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
+    row = {"sha": sha, "content": content, "first_used": now}
+    connection.execute(dialect.insert(schema.designs).values(row).on_conflict_do_nothing())
+    return sha
+
+
+def invitation_is_open(connection: Connection, invitation: str) -> bool:
+    """Whether one more may join by it.
+
+    Raises:
+        Refused: There is no such invitation.
+    """
+    cap = connection.scalar(
+        select(schema.invitations.c.cap).where(schema.invitations.c.token == invitation)
+    )
+    if cap is None:
+        raise Refused(404, "This invitation is not known. Please check the link.")
+    people = schema.participants
+    used = connection.scalar(
+        select(func.count()).select_from(people).where(people.c.invitation == invitation)
+    )
+    return (used or 0) < cap
+
+
+def join(
+    connection: Connection,
+    design: Design,
+    invitation: str,
+    identities: Mapping[str, str],
+    now: float,
+) -> str:
+    """Take somebody in who has consented; returns their session's token, which is kept nowhere.
+
+    Raises:
+        Refused: The invitation is unknown or used up.
+    """
+    sha = record_design(connection, design, now)
+    # One at a time, or two could be given the same place in the balance or an invitation's last.
+    connection.execute(select(schema.designs).where(schema.designs.c.sha == sha).with_for_update())
+    if not invitation_is_open(connection, invitation):
+        raise Refused(410, "This invitation has been used. Thank you for your interest.")
+    token = secrets.token_urlsafe(32)
+    row = {
+        "session": hashed(token),
+        "code": _new_code(),
+        "invitation": invitation,
+        "condition": "",
+        "block": -1,
+        "design": sha,
+        "consent_version": design.consent.version,
+        "stage": after(CONSENT, design),
+        "joined_at": now,
+        "last_seen": now,
+    }
+    taken = _taken(connection, now)
+    people = schema.participants
+    number = connection.execute(insert(people).values(row).returning(people.c.number)).scalar_one()
+    condition, block = choose(design, number, taken)
+    connection.execute(
+        update(people).where(people.c.number == number).values(condition=condition, block=block)
+    )
+    _insert_all(connection, schema.trials, _trial_rows(design, number, block))
+    names = [{"participant": number, "name": n, "value": v} for n, v in identities.items()]
+    _insert_all(connection, schema.identities, names)
+    return token
+
+
+def find(connection: Connection, token: str, *, to_write: bool = False) -> Participant:
+    """The participant of a session.
+
+    Args:
+        connection: The transaction.
+        token: The session's.
+        to_write: Keep others from changing this participant's data until the transaction ends.
+
+    Raises:
+        Refused: There is none (any more).
+    """
+    people = schema.participants
+    query = select(people).where(people.c.session == hashed(token))
+    row = connection.execute(query.with_for_update() if to_write else query).one_or_none()
+    if row is None:
+        raise Refused(410, "Your answers have been deleted, so you are not in this study any more.")
+    return Participant.of(row)
+
+
+def advance(connection: Connection, person: Participant, design: Design, now: float) -> Participant:
+    """Let a participant go on to the next stage."""
+    stage = after(person.stage, design)
+    values: dict[str, Any] = {"stage": stage, "last_seen": now}
+    if stage == DONE:
+        values["finished_at"] = now
+    people = schema.participants
+    connection.execute(update(people).where(people.c.number == person.number).values(values))
+    return Participant(person.number, person.condition, person.block, stage, person.code)
+
+
+def withdraw(connection: Connection, code: str, now: float) -> bool:
+    """Delete everything of the participant whose code this is; whether there was one."""
+    people = schema.participants
+    cleaned = clean_code(code)
+    row = connection.execute(select(people).where(people.c.code == cleaned)).one_or_none()
+    if row is None:
+        return False
+    for table in (schema.answers, schema.questionnaires, schema.trials, schema.identities):
+        connection.execute(table.delete().where(table.c.participant == row.number))
+    connection.execute(people.delete().where(people.c.number == row.number))
+    connection.execute(
+        insert(schema.withdrawals).values(condition=row.condition, stage=row.stage, at=now)
+    )
+    return True
+
+
+def clean_code(code: str) -> str:
+    """A code as it is stored, whatever spaces and letters it is typed with."""
+    letters = "".join(letter for letter in code.upper() if letter.isalnum())
+    return "-".join(letters[start : start + 4] for start in range(0, len(letters), 4))[:32]
+
+
+def _new_code() -> str:
+    """80 random bits in letters that are hard to confuse."""
+    return clean_code(base64.b32encode(secrets.token_bytes(10)).decode())
+
+
+def _taken(connection: Connection, now: float) -> dict[tuple[str, int], int]:
+    """(condition, block) -> how many have finished or may still."""
+    people = schema.participants
+    counted = (people.c.stage == DONE) | (people.c.last_seen >= now - STILL_HERE)
+    rows = connection.execute(
+        select(people.c.condition, people.c.block, func.count())
+        .where(counted)
+        .group_by(people.c.condition, people.c.block)
+    )
+    return {(row[0], row[1]): row[2] for row in rows}
+
+
+def _trial_rows(design: Design, number: int, block: int) -> list[dict[str, Any]]:
+    return [
+        {
+            "participant": number,
+            "place": place,
+            "kind": trial.kind,
+            "query": trial.query,
+            "first_is_left": trial.first_is_left,
+        }
+        for place, trial in enumerate(sequence(design, number, block))
+    ]
+
+
+def _insert_all(connection: Connection, table: Table, rows: list[dict[str, Any]]) -> None:
+    """Insert rows; none is no error."""
+    if rows:
+        connection.execute(insert(table), rows)
