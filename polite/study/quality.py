@@ -1,0 +1,116 @@
+"""Whose answers can be used: catch pairs, haste, and the rules of exclusion. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from polite.study.design import Design
+from polite.study.records import AnswerRecord, Kind, ParticipantRecord, Said, TrialRecord, said
+
+Outcome = Literal["agreed", "contradicted", "undecided", "unanswered"]
+"""Of a catch pair: the same said twice; the other segment preferred; anything else, such as a side
+and then "equal"; not both comparisons answered yet."""
+OUTCOMES: Final[tuple[Outcome, ...]] = ("agreed", "contradicted", "undecided", "unanswered")
+
+NOT_FINISHED: Final = "not finished"
+FAILED_CATCH_PAIRS: Final = "failed catch pairs"
+TOO_FAST: Final = "too fast"
+REASONS: Final = (NOT_FINISHED, FAILED_CATCH_PAIRS, TOO_FAST)
+"""Why a participant's answers are left out of the learner's data, in the order they are named."""
+
+COUNTED: Final[tuple[Kind, ...]] = ("main", "repeated", "mirrored")
+"""All comparisons but practice."""
+
+
+@dataclass(frozen=True)
+class CatchResult:
+    """What came of one catch pair."""
+
+    place: int
+    """Of the repeated or mirrored trial."""
+    kind: Kind
+    outcome: Outcome
+
+
+def answered(
+    participant: ParticipantRecord, kinds: Sequence[Kind] = COUNTED
+) -> list[tuple[TrialRecord, list[AnswerRecord]]]:
+    """The answered trials of some kinds, in order, each with its revisions; the last one counts."""
+    revisions = participant.revisions()
+    trials = sorted(participant.trials, key=lambda trial: trial.place)
+    return [(t, revisions[t.place]) for t in trials if t.kind in kinds and t.place in revisions]
+
+
+def catch_results(participant: ParticipantRecord) -> list[CatchResult]:
+    """How each repeated or mirrored comparison compares with the main one of the same segments."""
+    says = {
+        (trial.kind, trial.query): said(trial, revisions[-1].choice)
+        for trial, revisions in answered(participant)
+    }
+    return [
+        CatchResult(
+            trial.place,
+            trial.kind,
+            _compare(says.get(("main", trial.query)), says.get((trial.kind, trial.query))),
+        )
+        for trial in sorted(participant.trials, key=lambda trial: trial.place)
+        if trial.kind in ("repeated", "mirrored")
+    ]
+
+
+def decision_seconds(answer: AnswerRecord) -> float | None:
+    """Time from having watched both clips to this answer [s]; None if unknown.
+
+    By the page's clock, since a slow connection delays what the server hears; by the server's where
+    the page's times are missing, run backwards, or last longer than the server can have waited.
+    """
+    watched, done = answer.client_watched_at, answer.client_answered_at
+    if watched is not None and done is not None:
+        seconds = done - watched
+        if 0.0 <= seconds <= answer.received_at - answer.served_at:
+            return seconds
+    return None if answer.watched_at is None else answer.received_at - answer.watched_at
+
+
+def is_fast(answer: AnswerRecord, design: Design) -> bool | None:
+    """Whether an answer came too soon after the clips were watched; None if that is unknown."""
+    seconds = decision_seconds(answer)
+    return None if seconds is None else seconds < design.exclusion.fast_seconds
+
+
+def fast_share(participant: ParticipantRecord, design: Design) -> float | None:
+    """Share of too fast answers among those whose time is known; None if there are none."""
+    fast = [is_fast(revisions[-1], design) for _, revisions in answered(participant)]
+    return _share([value for value in fast if value is not None])
+
+
+def left_rate(participant: ParticipantRecord) -> float | None:
+    """Share of "left" among the expressed preferences; None if there are none."""
+    choices = [revisions[-1].choice for _, revisions in answered(participant)]
+    return _share([choice == "left" for choice in choices if choice in ("left", "right")])
+
+
+def exclusion(participant: ParticipantRecord, design: Design) -> tuple[str, ...]:
+    """Why the participant's answers are left out, by the design's rules; empty if they are not."""
+    contradicted = [r.outcome for r in catch_results(participant)].count("contradicted")
+    fast = fast_share(participant, design)
+    applies = {
+        NOT_FINISHED: participant.finished_at is None,
+        FAILED_CATCH_PAIRS: contradicted >= design.exclusion.failed_catch_pairs,
+        TOO_FAST: fast is not None and fast >= design.exclusion.fast_share,
+    }
+    return tuple(reason for reason in REASONS if applies[reason])
+
+
+def _compare(before: Said | None, again: Said | None) -> Outcome:
+    if before is None or again is None:
+        return "unanswered"
+    if before == again:
+        return "agreed"
+    return "contradicted" if {before, again} == {"first", "second"} else "undecided"
+
+
+def _share(values: Sequence[bool]) -> float | None:
+    return sum(values) / len(values) if values else None
