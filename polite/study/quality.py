@@ -65,13 +65,16 @@ def decision_seconds(answer: AnswerRecord) -> float | None:
 
     By the page's clock, since a slow connection delays what the server hears; by the server's where
     the page's times are missing, run backwards, or last longer than the server can have waited.
+    A clock that was set back tells nothing.
     """
     watched, done = answer.client_watched_at, answer.client_answered_at
     if watched is not None and done is not None:
         seconds = done - watched
         if 0.0 <= seconds <= answer.received_at - answer.served_at:
             return seconds
-    return None if answer.watched_at is None else answer.received_at - answer.watched_at
+    if answer.watched_at is None or answer.received_at < answer.watched_at:
+        return None
+    return answer.received_at - answer.watched_at
 
 
 def is_fast(answer: AnswerRecord, design: Design) -> bool | None:

@@ -60,9 +60,13 @@ class AnswerRecord:
     received_at: float
     """When this revision arrived."""
     client_shown_at: float | None
+    """When the trial appeared, by the page's clock."""
     client_watched_at: float | None
+    """When both clips had been watched, by the page's clock."""
     client_chosen_at: float | None
+    """When the choice was made, by the page's clock."""
     client_answered_at: float | None
+    """When the answer was sent, by the page's clock."""
     replays: int
     """How often the clips were played again."""
 

@@ -1,0 +1,169 @@
+"""A made-up study and its records, for tests. Nobody said any of this."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from polite.dataset import save_feedback
+from polite.study.design import CONDITIONS, Design, read_design
+from polite.study.records import AnswerRecord, ParticipantRecord, StudyRecords, TrialRecord
+from polite.types import Query, SegmentPool
+
+TOML = """
+title = "Robots in a corridor"
+contact = "study@example.org"
+env = "{env}"
+participants = 2
+comparisons = {comparisons}
+highlight_length = {length}
+
+[consent]
+version = "=1+1"
+text = "I agree."
+
+[guide]
+text = "Look."
+good = {{segment = 0, start = 0, text = "good"}}
+bad = {{segment = 1, start = 0, text = "bad"}}
+
+[[practice]]
+first = 2
+second = 3
+expected = "first"
+explanation = "It is calm."
+
+[[questions]]
+name = "clear"
+text = "Was it clear?"
+kind = "scale"
+
+[[questions]]
+name = "comment"
+text = "-anything | else?"
+kind = "text"
+required = false
+"""
+
+
+def made_up_design(folder: Path, **values: Any) -> Design:
+    """The design, written into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    given = {"env": "Made-up-v0", "comparisons": 3, "length": 3} | values
+    (folder / "study.toml").write_text(TOML.format(**given), encoding="utf-8")
+    return read_design(folder / "study.toml")
+
+
+def made_up_pool(lengths: Any = (8, 8, 8, 8, 2, 8)) -> SegmentPool:
+    """Segments of random numbers, some of them short."""
+    rng, shape = np.random.default_rng(5), (len(lengths), 8)
+    real = (np.arange(8) < np.asarray(lengths)[:, None])[..., None]
+    return SegmentPool(
+        observations=rng.normal(size=(*shape, 3)) * real,
+        actions=rng.normal(size=(*shape, 2)) * real,
+        rewards=rng.normal(size=shape) * real[..., 0],
+        states=rng.normal(size=(*shape, 4)) * real,
+        lengths=np.asarray(lengths),
+        trajectory=np.zeros(len(lengths)),
+        start=np.zeros(len(lengths)),
+    )
+
+
+QUERIES = [Query(0, 1), Query(2, 3), Query(4, 5), Query(1, 2), Query(3, 4), Query(5, 0)]
+"""Two blocks of three."""
+
+
+def made_up_folder(folder: Path, pool: SegmentPool | None = None, **values: Any) -> Path:
+    """A study's folder with its design and its pool."""
+    made_up_design(folder, **values)
+    save_feedback(folder / "pool", pool or made_up_pool(), values.get("queries", QUERIES), [])
+    return folder
+
+
+def trial(place: int, kind: str, query: int, first_is_left: bool = True) -> TrialRecord:
+    return TrialRecord(place, kind, query, first_is_left)  # type: ignore[arg-type]
+
+
+TRIALS = (
+    trial(0, "practice", -1),
+    trial(1, "main", 0),
+    trial(2, "main", 1, first_is_left=False),
+    trial(3, "repeated", 0),
+    trial(4, "mirrored", 1, first_is_left=True),
+    trial(5, "main", 2),
+)
+
+
+def answer(place: int, choice: str = "left", **values: Any) -> AnswerRecord:
+    """An answer that took 20 s, 5 of them after both clips had been watched."""
+    at = 1000.0 + 100.0 * place
+    given: dict[str, Any] = {
+        "revision": 1,
+        "good": None,
+        "bad": None,
+        "nothing": False,
+        "served_at": at,
+        "watched_at": at + 15.0,
+        "received_at": at + 20.0,
+        "client_shown_at": at + 1.0,
+        "client_watched_at": at + 15.0,
+        "client_chosen_at": at + 17.0,
+        "client_answered_at": at + 20.0,
+        "replays": 0,
+    }
+    return AnswerRecord(place=place, choice=choice, **(given | values))  # type: ignore[arg-type]
+
+
+def person(number: int, *answers: AnswerRecord, **values: Any) -> ParticipantRecord:
+    """A participant who finished, half an hour after they had begun."""
+    given: dict[str, Any] = {
+        "condition": "polite",
+        "block": 0,
+        "consent_version": "=1+1",
+        "design_sha": "ab" * 32,
+        "joined_at": 940.0,
+        "finished_at": 2740.0,
+        "stage": "done",
+        "trials": TRIALS,
+        "questions": {"clear": 6.0, "comment": '=HYPERLINK(1)\nüñ, "quoted"'},
+        "last_seen": 2740.0,
+    }
+    return ParticipantRecord(number=number, answers=answers, **(given | values))
+
+
+def consistent(number: int, **values: Any) -> ParticipantRecord:
+    """One who answers everything and contradicts themselves nowhere."""
+    given = (
+        answer(0, "right"),
+        answer(1, "left", good=2, bad=4),
+        answer(2, "left", good=0),
+        answer(3, "left", good=1),
+        answer(4, "right", nothing=True),
+        answer(5, "equal"),
+    )
+    if values.get("condition") == "baseline":
+        given = tuple(answer(a.place, a.choice) for a in given)
+    return person(number, *given, **values)
+
+
+def made_up_records() -> StudyRecords:
+    """Two who count and one who did not finish in each condition, and one who withdrew."""
+    people = []
+    for index, condition in enumerate(CONDITIONS):
+        first = 10 * index
+        people += [consistent(first + n, condition=condition, block=n % 2) for n in (1, 2)]
+        part = (answer(0), answer(1, "right"))
+        people.append(
+            person(
+                first + 3,
+                *part,
+                condition=condition,
+                finished_at=None,
+                stage="comparisons",
+                questions={},
+                last_seen=1200.0,
+            )
+        )
+    return StudyRecords(tuple(people), {"polite": 1})

@@ -1,0 +1,142 @@
+"""Catch pairs, haste and exclusion, worked out by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_up_study import answer, consistent, made_up_design, person, trial
+
+from polite.study.design import Exclusion
+from polite.study.quality import (
+    FAILED_CATCH_PAIRS,
+    NOT_FINISHED,
+    TOO_FAST,
+    answered,
+    catch_results,
+    decision_seconds,
+    exclusion,
+    fast_share,
+    left_rate,
+)
+from polite.study.records import RecordsError, said
+
+CHOICES = ("left", "right", "equal", "incomparable")
+
+
+@pytest.fixture
+def design(tmp_path):
+    return made_up_design(tmp_path)
+
+
+def with_rules(design, **rules):
+    return design.model_copy(update={"exclusion": Exclusion(**rules)})
+
+
+def outcomes(*answers):
+    return {result.kind: result.outcome for result in catch_results(person(1, *answers))}
+
+
+def test_a_repeated_pair_must_get_the_same_side_and_a_mirrored_one_the_other():
+    agreed = outcomes(answer(1, "left"), answer(3, "left"), answer(2, "left"), answer(4, "right"))
+    assert agreed == {"repeated": "agreed", "mirrored": "agreed"}
+    failed = outcomes(answer(1, "left"), answer(3, "right"), answer(2, "left"), answer(4, "left"))
+    assert failed == {"repeated": "contradicted", "mirrored": "contradicted"}
+
+
+@pytest.mark.parametrize(
+    ("before", "again", "outcome"),
+    [
+        ("equal", "equal", "agreed"),
+        ("incomparable", "incomparable", "agreed"),
+        ("equal", "left", "undecided"),
+        ("right", "incomparable", "undecided"),
+        ("equal", "incomparable", "undecided"),
+    ],
+)
+def test_no_preference_contradicts_nothing(before, again, outcome):
+    assert outcomes(answer(1, before), answer(3, again))["repeated"] == outcome
+
+
+def test_a_pair_that_was_not_answered_twice_has_no_result():
+    assert outcomes(answer(3, "left")) == {"repeated": "unanswered", "mirrored": "unanswered"}
+
+
+def test_the_last_revision_counts():
+    changed = [answer(3, "right"), answer(3, "left", revision=2)]
+    for order in (changed, changed[::-1]):
+        assert outcomes(answer(1, "left"), *order)["repeated"] == "agreed"
+
+
+@given(st.sampled_from(CHOICES), st.sampled_from(CHOICES), st.booleans(), st.booleans())
+def test_exchanging_the_sides_of_both_comparisons_changes_no_outcome(first, again, left, mirrored):
+    def result(flip):
+        swap = {"left": "right", "right": "left"} if flip else {}
+        trials = (
+            trial(0, "main", 7, left ^ flip),
+            trial(1, "mirrored" if mirrored else "repeated", 7, left ^ flip ^ mirrored),
+        )
+        answers = (answer(0, swap.get(first, first)), answer(1, swap.get(again, again)))
+        return catch_results(person(1, *answers, trials=trials))[0].outcome
+
+    assert result(False) == result(True)
+
+
+def test_decisions_are_timed_by_the_page_if_that_can_be():
+    assert decision_seconds(answer(1, client_watched_at=10.0, client_answered_at=13.0)) == 3.0
+    assert decision_seconds(answer(1, client_watched_at=10.0, client_answered_at=9.0)) == 5.0
+    assert decision_seconds(answer(1, client_watched_at=10.0, client_answered_at=99.0)) == 5.0
+    assert decision_seconds(answer(1, client_watched_at=None)) == 5.0
+    assert decision_seconds(answer(1, client_watched_at=None, watched_at=None)) is None
+    assert decision_seconds(answer(1, received_at=5.0)) is None
+
+
+def hasty(place, choice="left"):
+    return answer(place, choice, client_answered_at=1015.5 + 100.0 * place)
+
+
+def test_share_of_fast_answers_leaves_out_practice(design):
+    someone = person(1, hasty(0), hasty(1), answer(2), answer(3), answer(4))
+    assert fast_share(someone, design) == 0.25
+    assert fast_share(person(1, hasty(0)), design) is None
+    unknown = answer(2, client_watched_at=None, watched_at=None)
+    assert fast_share(person(1, hasty(1), unknown), design) == 1.0
+
+
+def test_left_rate_is_of_expressed_preferences():
+    assert left_rate(person(1, answer(1), answer(2), answer(3, "right"), answer(5, "equal"))) == (
+        pytest.approx(2 / 3)
+    )
+    assert left_rate(person(1, answer(1, "equal"))) is None
+
+
+def test_reasons_of_exclusion(design):
+    assert exclusion(consistent(1), design) == ()
+    assert exclusion(replace(consistent(1), finished_at=None), design) == (NOT_FINISHED,)
+    wrong = (answer(1, "left"), answer(2, "left"), answer(3, "right"), answer(4, "left"))
+    assert exclusion(person(1, *wrong), design) == (FAILED_CATCH_PAIRS,)
+    assert exclusion(person(1, *wrong[:3]), design) == ()  # one contradiction is allowed
+    strict = with_rules(design, failed_catch_pairs=1)
+    assert exclusion(person(1, *wrong[:3]), strict) == (FAILED_CATCH_PAIRS,)
+
+
+def test_too_fast_begins_at_the_share_that_the_design_names(design):
+    half = person(1, hasty(1), answer(2))
+    assert exclusion(half, design) == (TOO_FAST,)
+    assert exclusion(half, with_rules(design, fast_share=0.51)) == ()
+    assert exclusion(half, with_rules(design, fast_seconds=0.5)) == ()
+    all_wrong = person(1, hasty(1), hasty(2), hasty(3, "right"), hasty(4), finished_at=None)
+    assert exclusion(all_wrong, design) == (NOT_FINISHED, FAILED_CATCH_PAIRS, TOO_FAST)
+
+
+def test_an_answer_without_a_trial_is_named():
+    with pytest.raises(RecordsError, match=r"participant 4.*place 9"):
+        answered(person(4, answer(9)))
+
+
+@given(st.sampled_from(CHOICES), st.booleans())
+def test_what_is_said_does_not_depend_on_where_it_stood(choice, left):
+    other = {"left": "right", "right": "left"}.get(choice, choice)
+    assert said(trial(0, "main", 0, left), choice) == said(trial(0, "main", 0, not left), other)
