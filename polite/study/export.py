@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import zipfile
 from collections import Counter
@@ -172,6 +173,7 @@ def _summary(source: _Source) -> dict[str, Any]:
         "comparisons": design.comparisons,
         "simulated": robots,
         "simulated_by": ROBOTS if robots else None,
+        "design": hashlib.sha256(design.model_dump_json().encode()).hexdigest(),
         "designs": dict(sorted(Counter(row.person.design_sha for row in people).items())),
         "consent_versions": dict(sorted(Counter(r.person.consent_version for r in people).items())),
         "conditions": {
