@@ -1,0 +1,2 @@
+def test_a_finished_study_belongs_together(study_folder) -> None:
+    study_folder.check()
