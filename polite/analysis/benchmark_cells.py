@@ -74,8 +74,8 @@ def identity(cell: Cell) -> dict[str, Any]:
 def scores(grid: Grid, cell: Cell) -> Array:
     """(n,) final returns between the untrained reward's (0) and the true reward's (1); maybe NaN.
 
-    Both ends are those of the cell's env, preset, variant and steps; a longer training is read off
-    its curve.
+    Both ends are those of the cell's env, preset, variant and steps (a control of the training has
+    the plain env's); a longer training is read off its curve.
     """
     here = Condition(cell.preset, cell.variant, cell.loss, None)
     ends = []

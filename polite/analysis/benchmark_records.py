@@ -34,6 +34,9 @@ UNASKED: Final = frozenset({"untrained", "ground-truth"})
 ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
 """Methods that learn from no preference: the preference loss does not touch them, so that runs
 under one loss serve comparisons under any."""
+SHUFFLED, EQUAL_UPDATES = "shuffled", "equal-updates"
+"""Controls of the training: highlights that say nothing, and as many updates of the reward model
+whatever the budget. Their env is the plain one, and so are its floor and its ceiling."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 
@@ -160,6 +163,7 @@ class Grid:
         condition: Condition,
         method: str,
         queries: int,
+        variant: str = "",
         *,
         finished: bool = True,
     ) -> dict[int, Cell]:
@@ -170,8 +174,10 @@ class Grid:
             condition: what is held fixed; a method that learns from no preference fits any loss.
             method: the method.
             queries: its budget.
+            variant: another one than the condition's; empty for the condition's own.
             finished: only cells that hold a finished run; otherwise planned ones too.
         """
+        condition = replace(condition, variant=variant or condition.variant)
         fitting: dict[int, Cell] = {}
         for cell in self.cells(env):
             if (cell.method, cell.queries) != (method, queries) or not _fits(cell, condition):
@@ -211,17 +217,19 @@ def cell_of(run: Run) -> Cell:
     )
 
 
-def label(method: str, queries: int) -> str:
-    """A method and its queries in words, as "baseline-800"."""
+def label(method: str, queries: int, variant: str = "") -> str:
+    """A method and its queries in words, as "baseline-800", with a control's name if it is one."""
     name = NAMES.get(method, method)
-    return name if method in UNASKED else f"{name}-{queries}"
+    words = name if method in UNASKED else f"{name}-{queries}"
+    return f"{words}, {variant}" if variant else words
 
 
 def _fits(cell: Cell, condition: Condition) -> bool:
     form = cell.method not in HIGHLIGHTED or cell.highlights == condition.highlights
     loss = cell.method in ANY_LOSS or cell.loss == condition.loss
-    place = (cell.preset, cell.variant) == (condition.preset, condition.variant)
-    return form and loss and place
+    same_env = cell.method in UNASKED and condition.variant in (SHUFFLED, EQUAL_UPDATES)
+    place = (condition.preset, "" if same_env else condition.variant)
+    return form and loss and (cell.preset, cell.variant) == place
 
 
 def _value(record: Mapping[str, Any], key: str) -> Any:

@@ -15,8 +15,10 @@ from polite.analysis.aggregate import (
 )
 from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
+    EQUAL_UPDATES,
     HIGHLIGHTED,
     NAMES,
+    SHUFFLED,
     UNASKED,
     Cell,
     Condition,
@@ -33,8 +35,17 @@ from polite.analysis.statistics import ratio_of_means, welch_difference
 
 TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the true reward's return whose queries are looked for."""
-HEADLINE: Final = ("preferences", 800)
+HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
+_UPDATED: Final = [Wanted("preferences", queries, EQUAL_UPDATES) for queries in (800, 262)]
+CONTROLS: Final = (
+    (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
+    *((Wanted("polite", 200), control) for control in _UPDATED),
+    *((control, control._replace(variant="")) for control in _UPDATED),
+    (_UPDATED[0], _UPDATED[1]),
+)
+"""What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
+more answers do once the updates are equal."""
 
 
 def summarise(
@@ -114,21 +125,22 @@ def _comparisons(view: View, seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _pairs(view: View) -> list[tuple[Wanted, Wanted]]:
-    """Who is compared with whom: the headline, equal queries, equal effort, PEBBLE, ablations."""
+    """Who is compared with whom: headline, equal queries or effort, PEBBLE, ablations, controls."""
     budgets = sorted({c.queries for c in view.grid.cells(view.env) if c.queries})
-    pairs: list[tuple[Wanted, Wanted]] = [
-        (("polite", 200), HEADLINE),
-        (("polite", 400), HEADLINE),
-        *((("polite", q), ("preferences", q)) for q in budgets),
-        *((("polite", q), ("preferences", more)) for q, more in EQUAL_EFFORT.items()),
-        (("polite", 200), ("pebble", 400)),
-        *((("polite", q), ("pebble", q)) for q in budgets),
-        *((("highlights", q), ("untrained", 0)) for q in budgets),
-        *((("polite-pebble", q), ("pebble", q)) for q in budgets),
-        *((("pebble", q), ("preferences", q)) for q in budgets),
+    pairs = [
+        (Wanted("polite", 200), HEADLINE),
+        (Wanted("polite", 400), HEADLINE),
+        *((Wanted("polite", q), Wanted("preferences", q)) for q in budgets),
+        *((Wanted("polite", q), Wanted("preferences", more)) for q, more in EQUAL_EFFORT.items()),
+        (Wanted("polite", 200), Wanted("pebble", 400)),
+        *((Wanted("polite", q), Wanted("pebble", q)) for q in budgets),
+        *((Wanted("highlights", q), Wanted("untrained", 0)) for q in budgets),
+        *((Wanted("polite-pebble", q), Wanted("pebble", q)) for q in budgets),
+        *((Wanted("pebble", q), Wanted("preferences", q)) for q in budgets),
+        *(CONTROLS if not view.condition.variant else ()),
     ]
     highlighted = view.condition.highlights is not None
-    return [p for p in pairs if any(method in HIGHLIGHTED for method, _ in p) == highlighted]
+    return [p for p in pairs if any(w.method in HIGHLIGHTED for w in p) == highlighted]
 
 
 def _reach(view: View, seed: int) -> Iterator[dict[str, Any]]:
@@ -137,7 +149,7 @@ def _reach(view: View, seed: int) -> Iterator[dict[str, Any]]:
         if method in UNASKED or highlighted != (view.condition.highlights is not None):
             continue
         finals, steps = _by_budget(view, method)
-        if not finals or not view.depends(*((method, queries) for queries in finals)):
+        if not finals or not view.depends(*(Wanted(method, queries) for queries in finals)):
             continue
         for what, share, target in _targets(view, steps):
             reach = queries_to_reach(finals, target, np.random.default_rng(seed))
@@ -156,7 +168,7 @@ def _by_budget(view: View, method: str) -> tuple[dict[int, Array], int]:
 
 def _targets(view: View, steps: int) -> Iterator[tuple[str, float | None, float]]:
     """Returns to reach at so many steps: shares of the true reward's, and the headline's."""
-    ceiling = _mean_at(view, ("ground-truth", 0), steps)
+    ceiling = _mean_at(view, Wanted("ground-truth", 0), steps)
     for share in TARGETS:
         if ceiling is not None and ceiling > 0:
             yield f"{share:.0%} of the true reward's return", share, share * ceiling

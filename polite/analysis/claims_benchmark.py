@@ -1,7 +1,7 @@
 """The paper's claims about Walker2d and HalfCheetah, and our own, judged by rules that are code.
 
 The rules were written before the runs. Every claim is judged once for each combination of loss,
-form of the highlights and variant of the env of which all its cells are finished or planned. It is
+form of the highlights and variant of which all its cells are finished or planned. It is
 the paper's own claim only under the paper's form of the highlights (or none) in the env itself;
 under anything else the same rule makes a comparison. Differences have Welch's interval, ratios
 Fieller's. A cell with fewer than two runs decides nothing, and runs that are missing are named.
@@ -14,11 +14,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from polite.analysis.benchmark_records import (
+    EQUAL_UPDATES,
     HIGHLIGHTED,
     PAIRWISE,
     PAPER_FORM,
+    SHUFFLED,
     Condition,
     Grid,
+    label,
 )
 from polite.analysis.comparisons import SHARE_OF_FINAL, View, Wanted
 from polite.analysis.verdicts import Claim, Kind, Part, above, at_least, below, between, shown
@@ -30,12 +33,24 @@ NEARLY_DOUBLE = (1.6, 2.2)
 EQUAL_EFFORT: Final = {200: 262, 400: 525}
 """Queries without highlights that take people as long as those with them: 31% more, rounded."""
 
-POLITE_200, POLITE_400 = ("polite", 200), ("polite", 400)
-BASELINE_262, BASELINE_400 = ("preferences", 262), ("preferences", 400)
-BASELINE_800 = ("preferences", 800)
-PEBBLE_400 = ("pebble", 400)
+POLITE_200, POLITE_400 = Wanted("polite", 200), Wanted("polite", 400)
+BASELINE_262, BASELINE_400 = Wanted("preferences", 262), Wanted("preferences", 400)
+BASELINE_800 = Wanted("preferences", 800)
+PEBBLE_400 = Wanted("pebble", 400)
+UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
+SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
+UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
+UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
+NO_WORSE = (
+    "The mean final true return as measured is at least baseline-800's (its interval may straddle "
+    f"that), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
+)
+AT_EQUAL_UPDATES = (
+    "In this control the reward model is updated as often after each session as POLITE-200's, "
+    "however many answers there are."
+)
 AT_EQUAL_STEPS = (
     "at equal policy steps (a longer training is read off its curve where the shorter one ends; "
     "PPO's learning rate is then in the middle of its fall)"
@@ -69,7 +84,7 @@ class Rule:
     @property
     def highlighted(self) -> bool:
         """Whether any cell that it reads depends on the form of the highlights."""
-        return any(method in HIGHLIGHTED for method, _ in self.wanted)
+        return any(which.method in HIGHLIGHTED for which in self.wanted)
 
 
 def judge_grid(grid: Grid) -> list[dict[str, Any]]:
@@ -146,7 +161,7 @@ def _faster(view: View) -> tuple[Part, ...]:
 
 
 def _synergy(view: View) -> tuple[Part, ...]:
-    alone = view.difference(("highlights", 400), ("untrained", 0))
+    alone = view.difference(HIGHLIGHTS_400, UNTRAINED)
     together = view.difference(POLITE_400, BASELINE_400)
     return (
         above("(both − preferences) − (highlights − untrained), 400", view.synergy(400), 0),
@@ -155,10 +170,11 @@ def _synergy(view: View) -> tuple[Part, ...]:
     )
 
 
-def _no_worse(view: View) -> tuple[Part, ...]:
-    return (
-        at_least("POLITE-200 minus baseline-800", view.difference(POLITE_200, BASELINE_800), 0),
-        above("POLITE-200 / baseline-800", view.ratio(POLITE_200, BASELINE_800), NEAR),
+def _no_worse(baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
+    name = label(*baseline)
+    return lambda view: (
+        at_least(f"POLITE-200 minus {name}", view.difference(POLITE_200, baseline), 0),
+        above(f"POLITE-200 / {name}", view.ratio(POLITE_200, baseline), NEAR),
     )
 
 
@@ -237,7 +253,7 @@ RULES: Final[tuple[Rule, ...]] = (
         "shown in Fig. 4c, no number",
         "(both − preferences) − (highlights − untrained), final true returns at 400 queries: "
         f"{ABOVE_0}",
-        (POLITE_400, BASELINE_400, ("highlights", 400), ("untrained", 0)),
+        (POLITE_400, BASELINE_400, HIGHLIGHTS_400, UNTRAINED),
         _synergy,
     ),
     *(
@@ -247,11 +263,11 @@ RULES: Final[tuple[Rule, ...]] = (
             NOT_IN_PAPER,
             f"A query with highlights takes 31% more time. Final true return, POLITE-{queries} "
             f"minus baseline-{more}: {ABOVE_0}",
-            (("polite", queries), ("preferences", more)),
+            (Wanted("polite", queries), Wanted("preferences", more)),
             _above(
                 f"POLITE-{queries} minus baseline-{more}",
-                ("polite", queries),
-                ("preferences", more),
+                Wanted("polite", queries),
+                Wanted("preferences", more),
             ),
             kind="comparison",
         )
@@ -261,11 +277,9 @@ RULES: Final[tuple[Rule, ...]] = (
         "bar-fewer-queries",
         "Our bar: with our form of the highlights, POLITE-200 is no worse than baseline-800",
         NOT_IN_PAPER,
-        "The mean final true return as measured is at least baseline-800's (its interval may "
-        "straddle that), and Fieller's 95% interval of the ratio lies above "
-        f"{NEAR:g}.",
+        NO_WORSE,
         (POLITE_200, BASELINE_800),
-        _no_worse,
+        _no_worse(BASELINE_800),
         kind="comparison",
         own_form=True,
     ),
@@ -276,6 +290,37 @@ RULES: Final[tuple[Rule, ...]] = (
         f"Final true return, POLITE-200 minus baseline-262: {ABOVE_0}",
         (POLITE_200, BASELINE_262),
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
+        kind="comparison",
+        own_form=True,
+    ),
+    Rule(
+        "control-shuffled",
+        "What highlights say counts: POLITE-200 in our form beats itself with shuffled highlights",
+        NOT_IN_PAPER,
+        "In this control the highlights of each session are dealt out anew among its answers. "
+        f"Final true return, POLITE-200 minus {label(*SHUFFLED_200)}: {ABOVE_0}",
+        (POLITE_200, SHUFFLED_200),
+        _above(f"POLITE-200 minus {label(*SHUFFLED_200)}", POLITE_200, SHUFFLED_200),
+        kind="comparison",
+        own_form=True,
+    ),
+    Rule(
+        "control-fewer-queries",
+        "At equal updates too, POLITE-200 in our form is no worse than baseline-800",
+        NOT_IN_PAPER,
+        f"{AT_EQUAL_UPDATES} {NO_WORSE}",
+        (POLITE_200, UPDATED_800),
+        _no_worse(UPDATED_800),
+        kind="comparison",
+        own_form=True,
+    ),
+    Rule(
+        "control-equal-effort",
+        "At equal updates too, POLITE-200 in our form beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"{AT_EQUAL_UPDATES} Final true return, POLITE-200 minus {label(*UPDATED_262)}: {ABOVE_0}",
+        (POLITE_200, UPDATED_262),
+        _above(f"POLITE-200 minus {label(*UPDATED_262)}", POLITE_200, UPDATED_262),
         kind="comparison",
         own_form=True,
     ),

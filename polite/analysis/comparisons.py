@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,12 +18,20 @@ from polite.analysis.statistics import (
     welch_difference,
 )
 
-Wanted = tuple[str, int]
-"""A method and its budget."""
 FEWEST = 2
 """Runs that a cell needs before anything is judged; what is wanted where no plan is known."""
 SHARE_OF_FINAL = 0.8
 """Of the baseline's final return: what "converged" means for the steps to it (our threshold)."""
+
+
+class Wanted(NamedTuple):
+    """A cell of a view."""
+
+    method: str
+    queries: int
+    """Its budget."""
+    variant: str = ""
+    """A control that is set beside the condition's own cells; empty for one of them."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +71,8 @@ class View:
 
     def synergy(self, queries: int) -> Estimate:
         """(both − preferences) − (highlights − untrained), Welch's interval of the contrast."""
-        cells = self.samples(
-            ("polite", queries), ("preferences", queries), ("highlights", queries), ("untrained", 0)
-        )
+        methods = ("polite", "preferences", "highlights")
+        cells = self.samples(*(Wanted(m, queries) for m in methods), Wanted("untrained", 0))
         return welch_contrast(cells, [1.0, -1.0, -1.0, 1.0])
 
     def area_difference(self, first: Wanted, second: Wanted) -> Estimate:
@@ -92,32 +100,32 @@ class View:
 
     def missing(self, *wanted: Wanted) -> list[str]:
         """What stands between these cells and a verdict, or a complete one, in words."""
-        return [text for which in wanted for text in [self._missing(*which)] if text]
+        return [text for which in wanted for text in [self._missing(which)] if text]
 
-    def _missing(self, method: str, queries: int) -> str:
-        found = self.grid.find(self.env, self.condition, method, queries)
-        cell = found[max(found)] if found else self._planned(method, queries)
+    def _missing(self, which: Wanted) -> str:
+        found = self.grid.find(self.env, self.condition, *which)
+        cell = found[max(found)] if found else self._planned(which)
         done = len(self.grid.finals(cell)) if cell else 0
         planned = cell is not None and cell in self.grid.planned
         wanted = done + len(self.grid.missing_seeds(cell)) if cell and planned else FEWEST
-        return f"{label(method, queries)}: {done} of {wanted} runs" if done < wanted else ""
+        return f"{label(*which)}: {done} of {wanted} runs" if done < wanted else ""
 
     def known(self, *wanted: Wanted) -> bool:
         """Whether each of these cells has a finished run or is planned."""
-        return all(self._planned(*which) for which in wanted)
+        return all(self._planned(which) for which in wanted)
 
     def depends(self, *wanted: Wanted) -> bool:
         """Whether the condition's loss is one that any of these cells was run under.
 
         What learns from no preference is the same under every loss, and is told only once.
         """
-        if any(method not in ANY_LOSS for method, _ in wanted):
+        if any(which.method not in ANY_LOSS for which in wanted):
             return True
         cells = [c for c in self.together(*wanted)[0] if c and c.loss]
         return not cells or any(cell.loss == self.condition.loss for cell in cells)
 
-    def _planned(self, method: str, queries: int) -> Cell | None:
-        planned = self.grid.find(self.env, self.condition, method, queries, finished=False)
+    def _planned(self, which: Wanted) -> Cell | None:
+        planned = self.grid.find(self.env, self.condition, *which, finished=False)
         return planned[max(planned)] if planned else None
 
     def _of_curves(

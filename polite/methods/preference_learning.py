@@ -173,7 +173,7 @@ class _Learner:
                 self._answers,
                 lambda request: choose(request, self._model),
             )
-            self._train_reward(name, first=first)
+            self._train_reward(name)
         if self._config.normalise:
             normalise(self._model, self._history.pool)
 
@@ -195,15 +195,17 @@ class _Learner:
         self._collected += env.num_envs * steps
         return cut_segments(trajectories, length, count, self._samples)
 
-    def _train_reward(self, name: str, *, first: bool) -> None:
+    def _train_reward(self, name: str) -> None:
         """Train the reward model on, from where it is."""
-        schedule, method = self._config.schedule, self._config.method
-        epochs = schedule.first_epochs if first else schedule.later_epochs
-        config = replace(self._config.training, epochs=epochs)
-        if not method.highlights:
-            config = replace(config, alpha_positive=0.0, alpha_negative=0.0)
+        method, training = self._config.method, self._config.training
         feedback = self._history.feedback
         data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+        epochs = self._config.schedule.epochs(
+            len(self._held), len(data), training.batch_size, self._config.steps
+        )
+        config = replace(training, epochs=epochs)
+        if not method.highlights:
+            config = replace(config, alpha_positive=0.0, alpha_negative=0.0)
         if not method.preferences:
             data = without_preferences(data)
         train_model(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import ceil, log1p
 from typing import NamedTuple, TypeAlias
 
+from polite.rewards.trainer import updates_per_epoch
 from polite.types import InvalidValueError
 
 UP_FRONT_SHARE = 0.25
@@ -116,3 +117,45 @@ class Schedule:
             steps: policy steps of the whole training.
         """
         return self.strategy(self, queries, steps)
+
+    def epochs(self, number: int, answers: int, batch_size: int, steps: int) -> int:
+        """How long the reward model is trained after a session, in passes over all answers so far.
+
+        Args:
+            number: of the session, from 1.
+            answers: how many there are by then.
+            batch_size: of the reward training.
+            steps: policy steps of the whole training.
+        """
+        return self.first_epochs if number == 1 else self.later_epochs
+
+
+@dataclass(frozen=True)
+class EqualUpdates(Schedule):
+    """The same sessions, but more answers do not mean more training of the reward model.
+
+    After each session it gets as many gradient updates as it would by the plain schedule with a
+    budget of `reference` queries, whose minibatches are fewer; rounded up to whole epochs, so by
+    less than one of them.
+    """
+
+    reference: int = 200
+    """The budget whose updates are copied."""
+
+    def __post_init__(self) -> None:
+        """Check the ranges.
+
+        Raises:
+            InvalidValueError: if the reference asks nothing, or a range of `Schedule` is left.
+        """
+        super().__post_init__()
+        if self.reference < 1:
+            raise InvalidValueError(f"expected reference ≥ 1, got {self.reference}")
+
+    def epochs(self, number: int, answers: int, batch_size: int, steps: int) -> int:
+        """Epochs over these answers with the updates that the reference has after its session."""
+        plan = self.plan(self.reference, steps)
+        fewer = sum(session.queries for session in plan[:number])
+        copied = super().epochs(number, fewer, batch_size, steps)
+        updates = copied * updates_per_epoch(fewer, batch_size)
+        return ceil(updates / updates_per_epoch(answers, batch_size))

@@ -19,13 +19,15 @@ HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 
 
 def benchmark_findings(results: Results) -> Markup:
-    """The headline for each env and condition, our bar, what highlights buy, and the tally."""
+    """The headline for each env and condition, our bar and its controls, gains, and the tally."""
     parts = [
         element("p", _tally(results)),
         element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
         _list(_headlines(results), "No env has two runs of both yet: undecided."),
         element("h3", "Does our own form of the highlights meet its bar?"),
-        _list(_bars(results), "The bar's cells are neither finished nor planned."),
+        _list(_judged(results, "bar-"), "The bar's cells are neither finished nor planned."),
+        element("h3", "Is it what highlights say, or how much the reward model is trained?"),
+        _list(_judged(results, "control-"), "The controls are neither finished nor planned."),
         element("h3", "What do highlights buy at equal queries?"),
         _list(_gains(results), "No pair of cells with equal queries is finished."),
     ]
@@ -91,9 +93,10 @@ def _headlines(results: Results) -> Iterator[Markup]:
         yield element("li", where, text)
 
 
-def _bars(results: Results) -> Iterator[Markup]:
+def _judged(results: Results, group: str) -> Iterator[Markup]:
+    """The claims whose names begin so, with each part that is judged."""
     for claim in results["claims"]:
-        if claim["id"].startswith("bar-"):
+        if claim["id"].startswith(group):
             text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
             judged = [part for part in claim["parts"] if part["verdict"] != "shown"]
             numbers = "; ".join(f"{p['what']}: {stored(p, 'measured')}" for p in judged)

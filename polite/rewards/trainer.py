@@ -129,7 +129,12 @@ def make_optimiser(module: torch.nn.Module, config: RewardTrainingConfig) -> tor
 def minibatches(count: int, batch_size: int, generator: torch.Generator) -> Iterator[Tensor]:
     """Shuffle 0 … count − 1 and split it into parts of equal size, give or take one."""
     order = torch.randperm(count, generator=generator)
-    yield from order.tensor_split(ceil(count / batch_size))
+    yield from order.tensor_split(updates_per_epoch(count, batch_size))
+
+
+def updates_per_epoch(count: int, batch_size: int) -> int:
+    """Minibatches, and so gradient updates, of one pass over so many answers."""
+    return ceil(count / batch_size)
 
 
 def batch_loss(

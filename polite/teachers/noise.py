@@ -1,4 +1,4 @@
-"""Highlights that are not quite right: missed, of the wrong sign, or beside the moment.
+"""Highlights that are not quite right: missed, of the wrong sign, misplaced, or of other answers.
 
 The preferences stay as they are. Any teacher's answers can be made noisy, those of people included.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from polite.teachers.highlights import shuffle_highlights
 from polite.types import Answer, Floats64, Highlight, InvalidValueError, Query, SegmentPool
 
 AnswerQueries = Callable[[SegmentPool, Sequence[Query], np.random.Generator], list[Answer]]
@@ -60,6 +61,23 @@ class NoisyHighlights:
         """Answer each query, first the teacher, then the noise."""
         answers = self.teacher(pool, queries, rng)
         return perturb_highlights(answers, pool, queries, self.noise, rng)
+
+
+@dataclass(frozen=True)
+class ShuffledHighlights:
+    """A teacher who answers as another one does, but whose highlights say nothing.
+
+    A null model: those of a session are dealt out anew among its answers (`shuffle_highlights`).
+    """
+
+    teacher: AnswerQueries
+    """Who answers."""
+
+    def answer_queries(
+        self, pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator
+    ) -> list[Answer]:
+        """Answer each query of a session, then shuffle."""
+        return shuffle_highlights(self.teacher(pool, queries, rng), pool, queries, rng)
 
 
 def perturb_highlights(

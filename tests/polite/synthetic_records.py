@@ -94,6 +94,9 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
             runs += [synthetic_run("preferences", q, **place) for q in (262, 525)]
             runs += [synthetic_run("highlights", 400, form=f, **place) for f in ("paper", "choice")]
             runs += [synthetic_run("polite", q, form="choice", **place) for q in (100, 200, 400)]
+            runs.append(synthetic_run("polite", 200, form="choice", variant="shuffled", **place))
+            equal = {"variant": "equal-updates", **place}
+            runs += [synthetic_run("preferences", q, **equal) for q in (262, 800)]
             if seed < 3:
                 runs += [synthetic_run("pebble", q, steps=STEPS // 4, **place) for q in (200, 400)]
         free = {"env": env, "variant": "no-termination"}
@@ -111,6 +114,7 @@ def _level(run: dict[str, Any]) -> float:
     if run["method"] == "highlights":
         return float(0.5 * by_queries)
     gain = {"choice": 0.25, "paper": 0.02, None: 0.0}[run["highlights"]]
+    gain *= run["variant"] != "shuffled"
     return float((by_queries + gain) * (0.6 if run["loss"] == "released" else 1.0))
 
 

@@ -16,6 +16,11 @@ from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.types import InvalidValueError, PoliteError
 
 RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1_000_000)
+CONTROLS = (
+    ("polite-200", "choice", "shuffled"),
+    ("preferences-800", None, "equal-updates"),
+    ("preferences-262", None, "equal-updates"),
+)
 HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
 
 
@@ -42,6 +47,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"preset": "paper"},
         {"steps": 1000},
         {"variant": "no-termination"},
+        {"variant": "shuffled"},
         {"seed": 1},
     ],
 )
@@ -87,6 +93,8 @@ def test_everything_that_was_asked_for_is_in_the_grid() -> None:
         assert (label, "pairwise", None, "", quarter) in cells
     assert ("highlights-400", "pairwise", "paper", "", million) in cells
     assert ("polite-200", "pairwise", "choice", "no-termination", million) in cells
+    for label, form, variant in CONTROLS:
+        assert (label, "pairwise", form, variant, million) in cells
     headline = {run.seed for run in planned("fast") if run == replace(HEADLINE, seed=run.seed)}
     assert headline == set(range(10))
 
@@ -104,12 +112,11 @@ def test_the_help_lists_what_can_be_asked_for(capsys: pytest.CaptureFixture[str]
     text = " ".join(re.sub("[│\\s]+", " ", capsys.readouterr().out).split())
     for preset in GRIDS:
         for run in planned(preset):
-            assert {run.env, run.method, run.loss or "none", run.highlights or "none"} <= set(
-                re.split(r"[ ,;:()]+", text)
-            )
+            named = {run.env, run.method, *(v or "none" for v in (run.loss, run.highlights))}
+            assert named | {run.variant or "none"} <= set(re.split(r"[ ,;:()]+", text))
     described = re.findall(r" (\d): ", text)
     assert described == [str(number) for number in range(1, len(grid("fast")) + 1)]
-    assert text.count("(default: all)") == 6
+    assert text.count("(default: all)") == 7
     assert "(default: )" not in text
 
 
@@ -124,6 +131,16 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
     assert {r.method for r in chosen(loss=("none",))} == {"ground-truth", "untrained"}
 
 
+def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
+    runs = chosen(variant=("shuffled", "equal-updates"))
+    assert runs == [run for run in grid("fast")[1] if run.variant]
+    envs = ("Walker2d-v5", "HalfCheetah-v5")
+    cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
+    assert cells == [(env, *c, seed) for seed in range(5) for c in CONTROLS for env in envs]
+    plain = chosen(stage=(2,), method=("preferences-262",), variant=("none",))
+    assert {run.variant for run in plain} == {""} and len(plain) == 10
+
+
 @pytest.mark.parametrize(
     ("filters", "says"),
     [
@@ -132,6 +149,7 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
         ({"seeds": (10,)}, "seeds: .*10"),
         ({"stage": (0,)}, "stage: .*0"),
         ({"highlights": ("best",)}, "highlights: .*best"),
+        ({"variant": ("no",)}, "variant: .*equal-updates, no-termination, none, shuffled; got no"),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],
 )

@@ -52,18 +52,21 @@ from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
 from polite.methods.presets import PRESETS
+from polite.methods.schedules import EqualUpdates
 from polite.types import (
     FIRST,
     SECOND,
     UNRELATED,
     Answer,
     Highlight,
+    InvalidValueError,
     PoliteError,
     Query,
     Segment,
     SegmentPool,
 )
 
+LANDED = sorted(Path(__file__).parents[2].glob("assets/results/benchmark/runs/*.json"))
 FIRST_RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1000)
 RUNS = [replace(FIRST_RUN, seed=seed) for seed in range(4)]
 EPISODES = [{"step": s, "return": r, "length": 5.0} for s, r in ((50.0, 1.0), (95.0, 3.0))]
@@ -224,6 +227,8 @@ def test_records_without_settings_can_be_stamped(folder: Path) -> None:
         {"preset": "paper"},
         {"steps": 2000},
         {"variant": "no-termination"},
+        {"variant": "shuffled"},
+        {"variant": "equal-updates"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -251,6 +256,15 @@ def test_a_fingerprint_sees_what_has_no_place_in_the_name(monkeypatch: pytest.Mo
             assert fingerprint(FIRST_RUN) != before
             assert fingerprint(replace(FIRST_RUN, env="HalfCheetah-v5")) == other
     assert fingerprint(FIRST_RUN) == before
+
+
+def test_the_landed_records_are_of_the_grid_and_of_its_settings() -> None:
+    records = [json.loads(path.read_text("utf-8")) for path in LANDED]
+    assert len(records) >= 16
+    runs = [Run(**record["run"]) for record in records]
+    assert set(runs) <= set(planned("fast"))
+    assert [record_path(Path(), run).name for run in runs] == [path.name for path in LANDED]
+    assert [fingerprint(run) for run in runs] == [record["settings"] for record in records]
 
 
 def test_what_a_run_was_done_with_is_known() -> None:
@@ -416,6 +430,48 @@ def test_every_run_of_a_grid_has_settings(preset: str) -> None:
             assert run.highlights in (None, learning.training.highlights)
             assert (run.variant == "no-termination") == ("terminate_when_unhealthy" in env.settings)
         assert env_preset(run).oracle is not None
+
+
+def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
+    for run in planned("fast"):
+        if run.variant in ("shuffled", "equal-updates"):
+            config, preset = learning_config(run)
+            plain, plain_preset = learning_config(replace(run, variant=""))
+            shuffled = run.variant == "shuffled"
+            assert preset == replace(plain_preset, shuffled=shuffled)
+            schedule = plain.schedule if shuffled else EqualUpdates(reference=200)
+            assert config == replace(plain, schedule=schedule)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
+        ({"variant": "equal-updates", "method": "polite-pebble"}, "PPO's schedule"),
+    ],
+)
+def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], says: str) -> None:
+    with pytest.raises(InvalidValueError, match=says):
+        fingerprint(replace(FIRST_RUN, **change))
+
+
+def test_a_shuffled_session_has_the_same_highlights_at_other_answers() -> None:
+    run = Run("HalfCheetah-v5", "polite", 200, "pairwise", "choice", "fast", 1000)
+    random = np.random.default_rng(0)
+    segments = [
+        replace(_constant(50, 0.0), rewards=random.normal(k, 1.0, 50)) for k in np.linspace(0, 2, 9)
+    ]
+    pool = SegmentPool.stack(segments, 50)
+    queries = [Query(i, j) for i in range(9) for j in range(i)]
+    asked = {}
+    for variant in ("", "shuffled"):
+        teacher = env_preset(replace(run, variant=variant)).make_teacher(pool)
+        asked[variant] = teacher(pool, queries, np.random.default_rng(1))
+    plain, shuffled = asked[""], asked["shuffled"]
+    assert [a.preference for a in plain] == [a.preference for a in shuffled]
+    marks = [sorted(str((a.positive, a.negative)) for a in some) for some in (plain, shuffled)]
+    assert marks[0] == marks[1] and plain != shuffled
+    assert sum(a.positive is not None for a in plain) > 10
 
 
 def feedback() -> Feedback:

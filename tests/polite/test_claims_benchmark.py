@@ -51,6 +51,11 @@ def verdict(records: Records, identifier: str) -> dict[str, Any]:
 
 P200, P400, B800 = ("polite", 200), ("polite", 400), ("preferences", 800)
 B262, B400, B525 = ("preferences", 262), ("preferences", 400), ("preferences", 525)
+CONTROL_LABELS = (
+    "POLITE-200, shuffled",
+    "baseline-800, equal-updates",
+    "baseline-262, equal-updates",
+)
 
 
 @pytest.mark.parametrize(
@@ -160,6 +165,95 @@ def test_our_bar_is_about_our_form_under_the_pairwise_loss_alone() -> None:
         ours | {"variant": "no-termination"},
     ):
         assert not any(c["id"].startswith("bar-") for c in judge_benchmark(cells(levels, **where)))
+
+
+def with_controls(
+    shuffled: float, baseline_800: float, baseline_262: float, **where: Any
+) -> Records:
+    """POLITE-200 at 800 in our form, with its controls."""
+    ours: dict[str, Any] = {"form": "choice", **where}
+    equal = {B800: baseline_800, B262: baseline_262}
+    return [
+        *cells({P200: 800.0, B800: 500.0, B262: 700.0}, **ours),
+        *cells({P200: shuffled}, variant="shuffled", **ours),
+        *cells(equal, variant="equal-updates", **where),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("levels", "expected"),
+    [
+        ((700.0, 790.0, 700.0), ["reproduced"] * 3),
+        ((900.0, 830.0, 900.0), ["not reproduced"] * 3),
+        ((802.0, 810.0, 795.0), ["undecided"] * 3),
+        ((700.0, 790.0, 900.0), ["reproduced", "reproduced", "not reproduced"]),
+    ],
+)
+def test_the_controls_of_the_bar(levels: tuple[float, float, float], expected: list[str]) -> None:
+    records = with_controls(*levels)
+    controls = ("control-shuffled", "control-fewer-queries", "control-equal-effort")
+    claims = [verdict(records, identifier) for identifier in controls]
+    assert [claim["verdict"] for claim in claims] == expected
+    for claim, level, name in zip(claims, levels, CONTROL_LABELS, strict=True):
+        assert claim["parts"][0]["measured"] == pytest.approx(800 - level)
+        assert claim["parts"][0]["what"] == f"POLITE-200 minus {name}"
+        assert (claim["kind"], claim["variant"], claim["missing"]) == ("comparison", "", [])
+
+
+def test_a_control_is_no_cell_of_the_plain_comparisons_and_the_other_way_round() -> None:
+    records = with_controls(700.0, 790.0, 900.0)
+    assert verdict(records, "bar-fewer-queries")["measured"] == pytest.approx(300)
+    assert verdict(records, "bar-equal-effort")["measured"] == pytest.approx(100)
+    assert {claim["variant"] for claim in judge_benchmark(records)} == {""}
+    # The controls are about our form under the pairwise loss alone, and need their own runs.
+    others = with_controls(700.0, 790.0, 900.0, loss="released")
+    plain = [r for r in records if not r["run"]["variant"]]
+    for some in (others, plain):
+        assert not any(c["id"].startswith("control-") for c in judge_benchmark(some))
+    plan = [r["run"] for r in records]
+    missing = {
+        claim["id"]: claim["missing"]
+        for claim in judge_benchmark(plain, plan)
+        if claim["id"].startswith("control-")
+    }
+    assert list(missing.values()) == [[f"{name}: 0 of 5 runs"] for name in CONTROL_LABELS]
+
+
+def test_controls_are_compared_in_pairs_and_scored_by_the_plain_env() -> None:
+    records = with_controls(700.0, 790.0, 900.0)
+    records += cells({("untrained", 0): 0.0, ("ground-truth", 0): 1000.0})
+    results = summarise(records)
+    found = {
+        (row["first"], row["second"]): row["difference"]["mean"]
+        for row in results["comparisons"]
+        if "," in row["first"] + row["second"]
+    }
+    shuffled, most, fewer = CONTROL_LABELS
+    assert found == pytest.approx(
+        {
+            ("POLITE-200", shuffled): 100.0,
+            ("POLITE-200", most): 10.0,
+            ("POLITE-200", fewer): -100.0,
+            (most, "baseline-800"): 290.0,
+            (fewer, "baseline-262"): 200.0,
+            (most, fewer): -110.0,
+        }
+    )
+    scored = {
+        (cell["label"], cell["variant"]): cell["normalised"]["mean"]
+        for cell in results["cells"]
+        if cell["variant"]
+    }
+    assert scored == pytest.approx(
+        {
+            ("POLITE-200", "shuffled"): 0.7,
+            ("baseline-800", "equal-updates"): 0.79,
+            ("baseline-262", "equal-updates"): 0.9,
+        }
+    )
+    free = summarise(records + cells({P200: 700.0}, variant="no-termination"))["cells"]
+    (other,) = (cell for cell in free if cell["variant"] == "no-termination")
+    assert other["normalised"]["mean"] is None  # that env has a ceiling of its own
 
 
 def test_losses_and_forms_are_judged_apart() -> None:

@@ -11,9 +11,10 @@ from polite.methods.history import FeedbackHistory, join_pools
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.preference_learning import learn, without_preferences
 from polite.methods.presets import PRESETS, preset_of, quantile_oracle
-from polite.methods.schedules import Schedule, decaying_rate, up_front
+from polite.methods.schedules import EqualUpdates, Schedule, decaying_rate, up_front
 from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import make_vec_env
+from polite.rewards import trainer
 from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNetConfig, predict
@@ -150,6 +151,31 @@ def test_equal_seeds_give_equal_results() -> None:
     assert first.feedback.answers == second.feedback.answers
     assert first.episodes == second.episodes
     assert first.episodes != other.episodes
+
+
+def test_equal_updates_train_the_reward_model_as_often_whatever_the_budget(monkeypatch) -> None:
+    steps: list[int] = []
+    true_loss = trainer.batch_loss
+
+    def counted(rewards, data, batch, config):
+        steps.append(len(data))
+        return true_loss(rewards, data, batch, config)
+
+    monkeypatch.setattr(trainer, "batch_loss", counted)
+
+    def updates(schedule, queries):
+        steps.clear()
+        learned("preferences", queries=queries, schedule=schedule)
+        return {answers: steps.count(answers) for answers in dict.fromkeys(steps)}
+
+    plain = SMALL.schedule
+    equal = EqualUpdates(
+        sessions=4, interval=0.125, segment_length=6, first_epochs=5, later_epochs=2, reference=8
+    )
+    # Minibatches of at most 4: 2, 4, 6, 8 answers are 1, 1, 2, 2 of them; 8, 16, 24, 32 are 2 to 8.
+    assert updates(plain, 8) == updates(equal, 8) == {2: 5, 4: 2, 6: 4, 8: 4}
+    assert updates(plain, 32) == {8: 10, 16: 8, 24: 12, 32: 16}
+    assert updates(equal, 32) == {8: 6, 16: 4, 24: 6, 32: 8}
 
 
 def test_ground_truth_asks_nobody_and_pays_the_env_reward() -> None:

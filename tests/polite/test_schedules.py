@@ -6,12 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from polite.methods.schedules import (
+    EqualUpdates,
     Schedule,
     Session,
     decaying_rate,
     even_sessions,
     up_front,
 )
+from polite.rewards.trainer import updates_per_epoch
 from polite.types import InvalidValueError
 
 STRATEGIES = {"even": even_sessions, "decaying": decaying_rate, "up-front": up_front}
@@ -95,3 +97,48 @@ def test_a_decaying_rate_never_rises(queries, steps, interval) -> None:
     assert plan[0].queries == round(0.25 * queries)
     later = [session.queries for session in plan[1:]]  # in whole numbers, one more or less than due
     assert all(second <= first + 1 for first, second in pairwise(later))
+
+
+def updates(schedule: Schedule, budget: int, batch_size: int, steps: int = 1_000_000) -> list[int]:
+    """Gradient updates after each session of a budget."""
+    answers, done = 0, []
+    for number, session in enumerate(schedule.plan(budget, steps), 1):
+        answers += session.queries
+        epochs = schedule.epochs(number, answers, batch_size, steps)
+        done.append(epochs * updates_per_epoch(answers, batch_size))
+    return done
+
+
+def test_more_answers_mean_more_updates_unless_they_are_made_equal() -> None:
+    # Minibatches of at most 128. 20, 40, …, 200 answers: one to 120, two from 140 on.
+    assert updates(Schedule(), 200, 128) == [200, *[50] * 5, *[100] * 4]
+    # 80, 160, …, 800 answers: 1, 2, 2, 3, 4, 4, 5, 5, 6, 7 minibatches.
+    assert updates(Schedule(), 800, 128) == [200, 100, 100, 150, 200, 200, 250, 250, 300, 350]
+    assert updates(EqualUpdates(), 800, 128) == [200, 50, 50, 51, 52, 52, 100, 100, 102, 105]
+    assert updates(EqualUpdates(), 200, 128) == updates(Schedule(), 200, 128)
+
+
+@given(
+    budget=st.integers(1, 2000),
+    reference=st.integers(1, 2000),
+    batch_size=st.integers(1, 300),
+    strategy=st.sampled_from(sorted(STRATEGIES)),
+)
+def test_equal_updates_are_equal_up_to_a_part_of_an_epoch(
+    budget: int, reference: int, batch_size: int, strategy: str
+) -> None:
+    schedule = EqualUpdates(reference=reference, strategy=STRATEGIES[strategy])
+    plan = schedule.plan(budget, 1_000_000)
+    done = updates(schedule, budget, batch_size)
+    copied = updates(Schedule(strategy=STRATEGIES[strategy]), reference, batch_size)
+    answers = 0
+    for session, here, there in zip(plan, done, copied, strict=False):
+        answers += session.queries
+        assert there <= here < there + updates_per_epoch(answers, batch_size)
+
+
+def test_equal_updates_need_a_reference() -> None:
+    with pytest.raises(InvalidValueError, match="reference ≥ 1"):
+        EqualUpdates(reference=0)
+    with pytest.raises(InvalidValueError, match="counts ≥ 1"):
+        EqualUpdates(sessions=0)

@@ -10,6 +10,7 @@ from polite.teachers.bpref import BPrefTeacher
 from polite.teachers.noise import (
     HighlightNoise,
     NoisyHighlights,
+    ShuffledHighlights,
     perturb_highlights,
     shifted_end,
 )
@@ -172,3 +173,18 @@ def test_noise_over_any_teacher_leaves_the_preferences_alone(teacher):
 def test_impossible_settings_are_refused(change):
     with pytest.raises(InvalidValueError, match=r"probabilities in \[0, 1\]"):
         HighlightNoise(**change)
+
+
+def test_shuffled_highlights_are_those_of_other_answers_and_preferences_stay():
+    pool = pool_of(*[20] * 12)
+    queries = [Query(i, j) for i in range(12) for j in range(12) if i != j]
+    teacher = Oracle(positive_threshold=0.5, negative_threshold=-0.5, length=3)
+    clean = teacher.answer_queries(pool, queries, rng(3))
+    answers = ShuffledHighlights(teacher.answer_queries).answer_queries(pool, queries, rng(3))
+    assert [(a.query, a.preference) for a in answers] == [(a.query, a.preference) for a in clean]
+    before, after = ([(a.positive, a.negative) for a in some] for some in (clean, answers))
+    assert sorted(before, key=str) == sorted(after, key=str)
+    moved = [b != a for b, a in zip(before, after, strict=True)]
+    assert sum(moved) > len(moved) / 2
+    again = ShuffledHighlights(teacher.answer_queries).answer_queries(pool, queries, rng(3))
+    assert answers == again

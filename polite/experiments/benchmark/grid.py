@@ -30,7 +30,9 @@ class Run:
     steps: int
     """Policy steps."""
     variant: str = ""
-    """"" or "no-termination": the env does not end an episode that has gone wrong."""
+    """"" or a control. "no-termination": the env does not end an episode that has gone wrong.
+    "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
+    the reward model gets as many gradient updates after each session as with 200 queries."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -121,6 +123,7 @@ _FILTERS: Final[Mapping[str, Callable[[int, Run], set[Any]]]] = {
     "seeds": lambda number, run: {run.seed},
     "highlights": lambda number, run: {run.highlights or "none"},
     "loss": lambda number, run: {run.loss or "none"},
+    "variant": lambda number, run: {run.variant or "none"},
 }
 """Each filter's name -> what a run of a stage answers to."""
 
@@ -207,6 +210,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
             Block(
                 cells=(
                     *_cell("preferences", 262),
+                    *_cell("polite", 200, form="choice", variant="shuffled"),
+                    *_cell("preferences", 800, variant="equal-updates"),
+                    *_cell("preferences", 262, variant="equal-updates"),
                     *_cell("polite", 100, form="choice"),
                     *_cell("polite", 400, form="choice"),
                     *_cell("preferences", 525),

@@ -19,6 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
+from polite.methods.schedules import EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
@@ -29,9 +30,13 @@ PRESETS: Final = ("smoke", "fast", "paper")
 VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "": {},
     "no-termination": {"terminate_when_unhealthy": False},
+    "shuffled": {},
+    "equal-updates": {},
 }
 """Keywords of the env in each variant."""
-SMOKE: Final = Schedule(first_epochs=50, later_epochs=20)
+EQUAL_UPDATES: Final = 200
+"""The budget whose number of updates the variant "equal-updates" copies: the headline's."""
+SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
     "sac": SacConfig(hidden=(32, 32), batch_size=64),
@@ -50,12 +55,19 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         method=METHODS[run.method],
         queries=run.queries,
         steps=run.steps,
-        schedule=SMOKE if run.preset == "smoke" else Schedule(),
+        schedule=_schedule(run),
         net=preset.net,
         training=preset.training,
         ppo=preset.ppo,
     )
     return config, preset
+
+
+def _schedule(run: Run) -> Schedule:
+    epochs = SMOKE if run.preset == "smoke" else {}
+    if run.variant == "equal-updates":
+        return EqualUpdates(reference=EQUAL_UPDATES, **epochs)
+    return Schedule(**epochs)
 
 
 def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
@@ -64,6 +76,8 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
+    if run.variant == "equal-updates":
+        raise InvalidValueError(f"equal-updates is a variant of PPO's schedule, got {run}")
     preset = env_preset(run)
     config = pebble_config(
         run.queries,
@@ -85,12 +99,18 @@ def env_preset(run: Run) -> EnvPreset:
         raise InvalidValueError(
             f"expected a preset of {PRESETS} and a variant of {tuple(VARIANTS)}, got {run}"
         )
+    if run.variant == "shuffled" and run.highlights is None:
+        raise InvalidValueError(f"expected highlights that can be shuffled, got {run}")
     preset = preset_of(run.env)
     if run.preset == "paper":
         preset = preset.as_in_paper()
     if run.highlights is not None:
         preset = preset.with_highlights(run.highlights)
-    preset = replace(preset, settings={**preset.settings, **VARIANTS[run.variant]})
+    preset = replace(
+        preset,
+        settings={**preset.settings, **VARIANTS[run.variant]},
+        shuffled=run.variant == "shuffled",
+    )
     if run.loss is not None:
         preset = replace(preset, training=replace(preset.training, preference=run.loss))
     return preset
@@ -132,6 +152,8 @@ def canonical(run: Run) -> str:
         "marks_unusual": preset.marks_unusual,
         "env": preset.settings,
     }
+    if preset.shuffled:  # absent otherwise: older runs keep their mark
+        resolved["shuffled"] = True
     return json.dumps(resolved, sort_keys=True, default=_plain)
 
 
