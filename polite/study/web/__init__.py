@@ -1,0 +1,1 @@
+"""The web application: pages for participants and the researcher, and the API of the pages."""

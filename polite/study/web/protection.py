@@ -1,0 +1,128 @@
+"""What every answer carries, and which requests are too large or too many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from limits import RateLimitItem, parse
+from limits.storage import MemoryStorage
+from limits.strategies import MovingWindowRateLimiter
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from polite.study.errors import RefusedError
+
+LARGEST: Final = 256 * 1024
+"""Bytes of a request's body."""
+POLICY: Final = "; ".join(
+    [
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        "img-src 'self'",
+        "media-src 'self'",
+        "connect-src 'self'",
+        "form-action 'self'",
+        "base-uri 'none'",
+        "frame-ancestors 'none'",
+    ]
+)
+"""Nothing but our own files runs or shows."""
+HEADERS: Final = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",  # an invitation's address is a secret
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+GUESSES: Final = parse("20 per minute")
+"""From one address, of codes and of the researcher's token."""
+WRITES: Final = parse("600 per minute")
+"""By one participant; from one address where nobody is known."""
+GUESSED: Final = ("/withdraw", "/researcher/login")
+
+Problem = Callable[[Request, RefusedError], ASGIApp]
+"""Makes the answer to a request that is refused."""
+
+
+class Headers:
+    """Adds the headers; pages are not kept by browsers, files are."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        """Wrap an application."""
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                headers.update(HEADERS)
+                headers.setdefault("Cache-Control", "no-store")
+            await send(message)
+
+        await self.app(scope, receive, send_with_headers)
+
+
+class Limits:
+    """Refuses bodies that are too large, and requests that come too often."""
+
+    def __init__(self, app: ASGIApp, problem: Problem) -> None:
+        """Wrap an application; must itself lie within the one that reads the session."""
+        self.app = app
+        self.problem = problem
+        self.limiter = MovingWindowRateLimiter(MemoryStorage())
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or refuse it."""
+        if scope["type"] != "http" or scope["method"] in ("GET", "HEAD"):
+            await self.app(scope, receive, send)
+            return
+        request = Request(scope, receive)
+        try:
+            self._count(request)
+            body = await _read(request)
+        except RefusedError as error:
+            await self.problem(request, error)(scope, receive, send)
+            return
+        await self.app(scope, _replay(body, receive), send)
+
+    def _count(self, request: Request) -> None:
+        """Count a request.
+
+        Raises:
+            RefusedError: There have been too many.
+        """
+        address = request.client.host if request.client else "unknown"
+        guessed = request.url.path in GUESSED
+        who = address if guessed else request.session.get("participant", address)
+        limit: RateLimitItem = GUESSES if guessed else WRITES
+        if not self.limiter.hit(limit, str(guessed), who):
+            raise RefusedError(429, "That was too often. Please wait a minute and try again.")
+
+
+async def _read(request: Request) -> bytes:
+    """The body.
+
+    Raises:
+        RefusedError: It is too large; no more of it is read then.
+    """
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > LARGEST:
+            raise RefusedError(413, f"Expected at most {LARGEST // 1024} kB.")
+    return body
+
+
+def _replay(body: bytes, receive: Receive) -> Receive:
+    """Give the application a body that has been read already."""
+    messages: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
+
+    async def again() -> Message:
+        return messages.pop() if messages else await receive()
+
+    return again
