@@ -7,7 +7,7 @@ from typing import Any
 from polite.types import PoliteError
 
 
-class Refused(PoliteError):
+class RefusedError(PoliteError):
     """A request that is not granted."""
 
     def __init__(self, status: int, message: str, **more: Any) -> None:

@@ -25,6 +25,7 @@ from polite.study.columns import (
     questionnaire_columns,
 )
 from polite.study.design import CONDITIONS, FILE, Design, read_design
+from polite.study.export_names import DATA, PARTICIPANTS_TABLE, SUMMARY, VERSION
 from polite.study.quality import COUNTED, REASONS, answered, exclusion
 from polite.study.records import AnswerRecord, StudyRecords, TrialRecord, said
 from polite.study.tables import as_csv, as_jsonl, dictionary_markdown
@@ -33,9 +34,6 @@ from polite.types import PoliteError, Query, SegmentPool
 
 POOL: Final = "pool"
 """The study's segments and comparisons, in its folder."""
-SUMMARY: Final = "export.json"
-"""Written last: counts, and every other file's checksum."""
-VERSION: Final = 1
 ROBOTS: Final = "robots"
 
 
@@ -78,10 +76,10 @@ def export(study: Path, records: StudyRecords, out: Path) -> Path:
     except OSError as error:
         raise PoliteError(f"{out}: cannot be written into ({system_says(error)})") from error
     for condition, learner in source.learner.items():
-        save_feedback(out / "data" / condition, source.pool, source.queries, learner.answers)
+        save_feedback(out / DATA / condition, source.pool, source.queries, learner.answers)
     for name, text in texts.items():
         write_atomically(out / name, partial(_write, text=text))
-    data = [f"data/{c}/{name}" for c in CONDITIONS for name in (*FILES, MANIFEST)]
+    data = [f"{DATA}/{c}/{name}" for c in CONDITIONS for name in (*FILES, MANIFEST)]
     checksums = {name: sha256(out / name) for name in sorted([*texts, *data])}
     write_json(out / SUMMARY, summary | {"sha256": checksums})
     return out
@@ -128,7 +126,7 @@ def _texts(source: _Source) -> Iterator[tuple[str, str]]:
     described = [(name, column) for name, columns in files for column in columns]
     yield "answers.csv", as_csv(ANSWERS, answers)
     yield "answers.jsonl", as_jsonl(ANSWERS, answers)
-    yield "participants.csv", as_csv(PARTICIPANTS, source.people)
+    yield PARTICIPANTS_TABLE, as_csv(PARTICIPANTS, source.people)
     questions = questionnaire_columns(source.design)
     yield "questionnaire.csv", as_csv(questions, source.people)
     yield "data_dictionary.csv", as_csv(DICTIONARY, described)

@@ -19,7 +19,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 from polite.study import schema
 from polite.study.assignment import choose, sequence
 from polite.study.design import Design
-from polite.study.errors import Refused
+from polite.study.errors import RefusedError
 from polite.study.stages import CONSENT, DONE, after
 
 STILL_HERE: Final = 3600.0
@@ -67,18 +67,18 @@ def invitation_is_open(connection: Connection, invitation: str) -> bool:
     """Whether one more may join by it.
 
     Raises:
-        Refused: There is no such invitation.
+        RefusedError: There is no such invitation.
     """
     cap = connection.scalar(
         select(schema.invitations.c.cap).where(schema.invitations.c.token == invitation)
     )
     if cap is None:
-        raise Refused(404, "This invitation is not known. Please check the link.")
+        raise RefusedError(404, "This invitation is not known. Please check the link.")
     people = schema.participants
     used = connection.scalar(
         select(func.count()).select_from(people).where(people.c.invitation == invitation)
     )
-    return (used or 0) < cap
+    return int(used or 0) < int(cap)
 
 
 def join(
@@ -91,13 +91,13 @@ def join(
     """Take somebody in who has consented; returns their session's token, which is kept nowhere.
 
     Raises:
-        Refused: The invitation is unknown or used up.
+        RefusedError: The invitation is unknown or used up.
     """
     sha = record_design(connection, design, now)
     # One at a time, or two could be given the same place in the balance or an invitation's last.
     connection.execute(select(schema.designs).where(schema.designs.c.sha == sha).with_for_update())
     if not invitation_is_open(connection, invitation):
-        raise Refused(410, "This invitation has been used. Thank you for your interest.")
+        raise RefusedError(410, "This invitation has been used. Thank you for your interest.")
     token = secrets.token_urlsafe(32)
     row = {
         "session": hashed(token),
@@ -133,13 +133,15 @@ def find(connection: Connection, token: str, *, to_write: bool = False) -> Parti
         to_write: Keep others from changing this participant's data until the transaction ends.
 
     Raises:
-        Refused: There is none (any more).
+        RefusedError: There is none (any more).
     """
     people = schema.participants
     query = select(people).where(people.c.session == hashed(token))
     row = connection.execute(query.with_for_update() if to_write else query).one_or_none()
     if row is None:
-        raise Refused(410, "Your answers have been deleted, so you are not in this study any more.")
+        raise RefusedError(
+            410, "Your answers have been deleted, so you are not in this study any more."
+        )
     return Participant.of(row)
 
 
@@ -168,6 +170,19 @@ def withdraw(connection: Connection, code: str, now: float) -> bool:
         insert(schema.withdrawals).values(condition=row.condition, stage=row.stage, at=now)
     )
     return True
+
+
+def has_code(connection: Connection, code: str) -> bool:
+    """Whether there is a participant whose code this is."""
+    people = schema.participants
+    found = select(people.c.number).where(people.c.code == clean_code(code))
+    return connection.execute(found).one_or_none() is not None
+
+
+def completion_code(code: str) -> str:
+    """The code that shows a panel that somebody has finished; does not tell how to withdraw."""
+    digest = hashlib.sha256(f"completion:{code}".encode()).digest()
+    return base64.b32encode(digest)[:8].decode()
 
 
 def clean_code(code: str) -> str:

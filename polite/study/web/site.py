@@ -138,7 +138,7 @@ def to(url: str) -> RedirectResponse:
 def page(request: Request, name: str, status: int = 200, **context: Any) -> Response:
     """Render a template with what all of them are given."""
     site = _site(request)
-    common = {"design": site.design, "csrf": csrf_token(request)}
+    common = {"design": site.design, "csrf": csrf_token(request), "status": status}
     return _TEMPLATES.TemplateResponse(request, name, common | context, status_code=status)
 
 

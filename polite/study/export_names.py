@@ -1,0 +1,13 @@
+"""What the files of an export are called; read without the packages of the `web` extra."""
+
+from __future__ import annotations
+
+from typing import Final
+
+SUMMARY: Final = "export.json"
+"""Written last: counts, and every other file's checksum."""
+PARTICIPANTS_TABLE: Final = "participants.csv"
+DATA: Final = "data"
+"""Holds a data set for each condition."""
+VERSION: Final = 1
+"""Of the files' form, in `export.json`."""
