@@ -18,7 +18,9 @@ from polite.types import PoliteError
 
 @dataclass(frozen=True)
 class Replicate:
-    """Replicate the user study with simulated participants: clips, answers, rewards, policies.
+    """Replicate the user study: clips, answers, rewards, policies.
+
+    Simulated participants answer, or people did: in a study of `polite serve`, and --answers.
 
     Writes results.json, report.html, figures/, clips/, data/ and models/ into a folder.
     """
@@ -31,12 +33,14 @@ class Replicate:
     """Everything random follows from it."""
     resume: bool = False
     """Go on in a folder that was begun with the same preset and seed."""
+    answers: Path | None = None
+    """Folder of an export of a study with people: its answers in place of simulated ones."""
 
     def run(self) -> Path:
         """Run the study; returns the report's path."""
         from polite.experiments.replicate import replicate
 
-        return replicate(self.preset, self.seed, self.out, resume=self.resume)
+        return replicate(self.preset, self.seed, self.out, resume=self.resume, answers=self.answers)
 
 
 @dataclass(frozen=True)

@@ -18,21 +18,31 @@ from polite.analysis.statistics import (
 
 
 def chi_square_part(
-    skipped_polite: Array, skipped_baseline: Array, per_participant: int, rng: np.random.Generator
+    skipped_polite: Array,
+    skipped_baseline: Array,
+    per_participant: int | tuple[Array, Array],
+    rng: np.random.Generator,
 ) -> dict[str, Any]:
     """`chi_square` of results.json: does the share of "no preference" depend on the condition?
 
     Args:
         skipped_polite: (N,) "no preference" answers of each participant of the POLITE group.
         skipped_baseline: (N,) the same for the baseline group.
-        per_participant: Answers that each participant gave.
+        per_participant: Answers that each participant gave: one number for all, or (N,) for each
+            of the POLITE and of the baseline group.
         rng: Draws the regroupings of the permutation test.
     """
     groups = [np.asarray(g, dtype=float) for g in (skipped_baseline, skipped_polite)]
-    counts = [value for g in groups for value in (int(g.sum()), g.size * per_participant)]
+    if isinstance(per_participant, int):
+        totals = [np.full(g.shape, float(per_participant)) for g in groups]
+    else:
+        totals = [np.asarray(total, dtype=float) for total in per_participant[::-1]]
+    counts = [
+        int(n) for g, total in zip(groups, totals, strict=True) for n in (g.sum(), total.sum())
+    ]
     corrected = chi_square(*counts, yates=True)
     plain = chi_square(*counts, yates=False)
-    baseline, polite = (g / per_participant for g in groups)
+    baseline, polite = (g / total for g, total in zip(groups, totals, strict=True))
     cluster = permutation_test(baseline, polite, rng)
     interval = welch_difference(baseline, polite)
     return {

@@ -2,7 +2,8 @@
 
 The rules were written before any run and read only `results.json`; they are listed with every
 verdict. A claim is *reproduced*, *not reproduced*, *undecided* (an interval straddles its bound),
-or *input* (calibration or design put it in, so that it says nothing about the method).
+or *input* (calibration or design put it in, so that it says nothing about the method). What people
+do is an input of a simulation, and judged where people answered.
 """
 
 from __future__ import annotations

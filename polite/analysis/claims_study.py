@@ -1,4 +1,4 @@
-"""Claims about the policies (Fig. 5d, H3), about the simulated inputs, and plain arithmetic."""
+"""Claims about the policies (Fig. 5d, H3), about what was put in, and plain arithmetic."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from polite.analysis.claims_people import people_claims
 from polite.analysis.numbers import as_array
 from polite.analysis.published import PUBLISHED
+from polite.analysis.respondents import respondents
 from polite.analysis.statistics import (
     Estimate,
     Summary,
@@ -66,7 +68,7 @@ def no_preference(results: Results) -> Claim:
         "input",
         "Participants see no preference less often when they can highlight",
         "16.5% (66/400) against 7% (28/400)",
-        "Put in by calibration of the simulated participants; shown, not judged.",
+        _put_in(results, " of the simulated participants"),
         tuple(parts),
     )
 
@@ -83,8 +85,8 @@ def highlight_rates(results: Results) -> Claim:
         "input",
         "Participants highlight when they may",
         "63.44% (236/372) positive, 47.31% (176/372) negative",
-        "Per expressed preference. Put in by calibration; shown, not judged. A rate below its "
-        "input means that too few preferred clips had a moment of that sign.",
+        f"Per expressed preference. {_put_in(results)} A rate below its input means that too few "
+        "preferred clips had a moment of that sign.",
         tuple(parts),
     )
 
@@ -98,7 +100,7 @@ def effort(results: Results) -> Claim:
         "input",
         "Highlighting costs 31.17% more time",
         "24.83 ± 6.48 against 18.93 ± 9.4 min",
-        "Minutes a participant, tutorial included. Put in by calibration; shown, not judged.",
+        f"Minutes a participant, tutorial included. {_put_in(results)}",
         (
             given("POLITE minus baseline", Estimate(*_bounds(gap)), "min"),
             given("increase", Estimate(times["increase"], np.nan, np.nan)),
@@ -108,6 +110,8 @@ def effort(results: Results) -> Claim:
 
 def design(results: Results) -> Claim:
     """Answers collected in each condition, by design."""
+    simulated = respondents(results) == "simulated"
+    source = "the preset" if simulated else "the study's design and by who finished"
     parts = (
         given(f"answers, {name}", Estimate(results["counts"][key]["answers"], np.nan, np.nan))
         for key, name in (("polite", "POLITE"), ("baseline", "baseline"))
@@ -117,7 +121,7 @@ def design(results: Results) -> Claim:
         "input",
         "20 + 20 participants answer 20 queries each: 400 in each condition",
         "40 participants, 400 answers a condition",
-        "Set by the preset; shown, not judged.",
+        f"Set by {source}; shown, not judged.",
         tuple(parts),
     )
 
@@ -170,10 +174,23 @@ def published_times() -> Claim:
 
 
 def study_claims(results: Results) -> list[Claim]:
-    """Claims about policies first, then the inputs, then the arithmetic."""
+    """Claims about policies first, then what participants did, then the arithmetic.
+
+    What participants did is judged where they are people, and an input where they are not.
+    """
     emergent = [policy_return(results), policies_differ(results)]
-    inputs = [rule(results) for rule in (no_preference, highlight_rates, effort, design)]
-    return [*emergent, *inputs, published_chi_square(), published_times()]
+    if respondents(results) == "people":
+        done = people_claims(results)
+    else:
+        done = [rule(results) for rule in (no_preference, highlight_rates, effort)]
+    return [*emergent, *done, design(results), published_chi_square(), published_times()]
+
+
+def _put_in(results: Results, whose: str = "") -> str:
+    """The rule of a claim that was put in."""
+    robots = respondents(results) == "robots"
+    source = "the robots' program" if robots else f"calibration{whose}"
+    return f"Put in by {source}; shown, not judged."
 
 
 def _bounds(estimate: Mapping[str, Any]) -> tuple[float, float, float]:

@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from polite.experiments.people import read_people
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import Runner, Task, make_progress
 from polite.experiments.sensitivity import LEVELS, sensitivity
@@ -19,8 +20,10 @@ from polite.files import write_json
 from polite.report.page import write_report
 
 
-def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -> Path:
-    """Run the study with simulated participants and write everything into a folder.
+def replicate(
+    preset_name: str, seed: int, out: Path, *, resume: bool = False, answers: Path | None = None
+) -> Path:
+    """Run the study, with simulated participants or on people's answers, into a folder.
 
     Args:
         preset_name: "smoke", "fast" or "paper".
@@ -28,16 +31,24 @@ def replicate(preset_name: str, seed: int, out: Path, *, resume: bool = False) -
         out: The folder; `results.json`, `report.html`, `figures/`, `clips/`, `data/`, `models/`.
         resume: Go on in a folder that was begun with the same preset and seed. Finished stages
             are not repeated; the result is that of an uninterrupted run.
+        answers: Folder of an export of the web study; its answers, pairs and clips take the place
+            of simulated ones, and the folder of the run can be gone on with only by the same.
 
     Returns:
         The path of the report.
 
     Raises:
-        PoliteError: The preset is unknown, or the folder is in use by something else.
+        PoliteError: The preset is unknown, the answers cannot be used, or the folder is in use by
+            something else.
     """
-    config = preset(preset_name)
-    study = Study(out, config, seed)
-    claim_folder(out, {"preset": preset_name, "seed": seed, "config": as_dict(config)}, resume)
+    config, people = preset(preset_name), None
+    run: dict[str, Any] = {"preset": preset_name, "seed": seed}
+    if answers is not None:
+        people = read_people(answers, config)
+        config = people.configure(config)
+        run["answers"] = people.checksum
+    study = Study(out, config, seed, people)
+    claim_folder(out, run | {"config": as_dict(config)}, resume)
     with make_progress() as progress:
         with Runner(out, progress) as runner:
             stages = _run_stages(study, runner)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polite.dataset import Feedback, load_feedback
+from polite.experiments.people import People
 from polite.experiments.study_config import StudyConfig
 from polite.files import write_atomically
 from polite.teachers.participants import BASELINE, POLITE
@@ -26,6 +27,8 @@ class Study:
     folder: Path
     config: StudyConfig
     seed: int
+    people: People | None = None
+    """Who answered; without them, simulated participants do."""
 
     def model_path(self, name: str, k: int) -> Path:
         """Where the reward model of a condition and training run is kept."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -15,6 +15,7 @@ from polite.analysis.divergence import kl_part
 from polite.analysis.published import PUBLISHED
 from polite.analysis.quality import policy_difference_part
 from polite.analysis.reward_map import map_2d_part, profile, reward_map_part
+from polite.experiments.people import People
 from polite.experiments.study import CONDITIONS, MODELS, POLICIES, Study, load_arrays
 from polite.experiments.study_config import as_dict
 from polite.experiments.study_world import (
@@ -50,10 +51,10 @@ def assemble(study: Study, preset: str, stages: Results) -> Results:
     results: Results = {
         "version": _version(),
         "preset": preset,
-        "config": as_dict(config),
+        "config": _settings(study),
         "seed": study.seed,
         "seeds": list(range(config.seeds)),
-        "simulated": True,
+        "simulated": study.people is None or study.people.robots,
         "published": PUBLISHED,
         "scene": scene_of(config.anchor_jitter),
         "clip_policy": _clip_policy(stages),
@@ -64,6 +65,8 @@ def assemble(study: Study, preset: str, stages: Results) -> Results:
         },
     }
     results |= _answers(study) | _maps(study) | _policies(study, stages["policies"])
+    if study.people is not None:
+        results["people"] = _people(study, study.people)
     results["claims"] = judge(results)
     return results
 
@@ -97,27 +100,37 @@ def _clip_policy(stages: Results) -> Results:
     } | shown
 
 
+def _settings(study: Study) -> Results:
+    """The config; how many would be simulated says nothing where people answered."""
+    settings = as_dict(study.config)
+    return {k: v for k, v in settings.items() if study.people is None or k != "participants"}
+
+
 def _answers(study: Study) -> Results:
-    """What the participants said, and what had been put into them."""
+    """What the participants said, and what had been put into simulated ones."""
     answers = {name: study.feedback(name).answers for name in CONDITIONS}
     counts = {name: _count(group) for name, group in answers.items()}
-    people = study.config.participants
-    skipped = {
-        name: np.bincount(
-            [a.participant for a in group if a.preferred is None], minlength=people
-        ).astype(np.float64)
-        for name, group in answers.items()
-    }
-    minutes = {name: total_minutes(answers[name], CONDITIONS[name]) for name in CONDITIONS}
+    if study.people is None:
+        sizes = dict.fromkeys(CONDITIONS, study.config.participants)
+        minutes = {name: total_minutes(answers[name], CONDITIONS[name]) for name in CONDITIONS}
+        inputs = {name: calibrated_inputs(population) for name, population in CONDITIONS.items()}
+    else:
+        minutes = {name: np.array(study.people.minutes[name]) for name in CONDITIONS}
+        sizes = {name: len(group) for name, group in minutes.items()}
+        inputs = {}
+    skipped, given = (
+        {name: _each(answers[name], sizes[name], test) for name in CONDITIONS}
+        for test in (_no_preference, _any)
+    )
     rng = np.random.default_rng(derive(study.seed, "permutation"))
     expressed = max(counts["polite"]["expressed"], 1)
     return {
         "queries": {name: len(group) for name, group in answers.items()},
-        "participants": dict.fromkeys(CONDITIONS, people),
+        "participants": sizes,
         "calibrated": {
             f"{name}: {key}": value
-            for name, population in CONDITIONS.items()
-            for key, value in calibrated_inputs(population).items()
+            for name, group in inputs.items()
+            for key, value in group.items()
         },
         "counts": counts,
         "no_preference_rate": {
@@ -127,10 +140,48 @@ def _answers(study: Study) -> Results:
             sign: counts["polite"][sign] / expressed for sign in ("positive", "negative")
         },
         "chi_square": chi_square_part(
-            skipped["polite"], skipped["baseline"], CONDITIONS["polite"].answers, rng
+            skipped["polite"], skipped["baseline"], (given["polite"], given["baseline"]), rng
         ),
         "times": times_part(minutes["polite"], minutes["baseline"]),
     }
+
+
+def _people(study: Study, people: People) -> Results:
+    """Where people's answers are from, and how often each of them did what."""
+    tests = {
+        "answers": _any,
+        "no_preference": _no_preference,
+        "positive": lambda answer: answer.positive is not None,
+        "negative": lambda answer: answer.negative is not None,
+    }
+    return {
+        "title": people.title,
+        "export": people.checksum,
+        "per_participant": {
+            name: {
+                key: _each(study.feedback(name).answers, len(minutes), test).tolist()
+                for key, test in tests.items()
+            }
+            | {"minutes": list(minutes)}
+            for name, minutes in people.minutes.items()
+        },
+    }
+
+
+def _each(
+    answers: Sequence[Answer], participants: int, test: Callable[[Answer], bool]
+) -> NDArray[np.float64]:
+    """(participants,) how many of each one's answers pass a test."""
+    who = [answer.participant for answer in answers if test(answer)]
+    return np.bincount(who, minlength=participants).astype(np.float64)
+
+
+def _any(_: Answer) -> bool:
+    return True
+
+
+def _no_preference(answer: Answer) -> bool:
+    return answer.preferred is None
 
 
 def _count(answers: Sequence[Answer]) -> dict[str, int]:

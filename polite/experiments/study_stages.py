@@ -55,15 +55,10 @@ def train_clip_policy(study: Study, report: Report) -> dict[str, Any]:
 
 
 def ask_participants(study: Study, report: Report) -> dict[str, Any]:
-    """Roll out the pool, draw the pairs, let both groups answer, and keep states for the maps."""
+    """Let both groups answer, or take people's answers, and keep states for the maps."""
     config, seed = study.config, study.seed
     policy = load_policy(study.folder / "models" / "policy-clips.pt")
-    pool = _segments(study, policy, "pool")
-    queries = draw_queries(config, pool, seed)
-    answers = {}
-    for name, population in CONDITIONS.items():
-        answers[name] = ask(config, population, pool, queries, derive(seed, "ask", name))
-        save_feedback(study.folder / "data" / name, pool, queries, answers[name])
+    pool = _simulate_answers(study, policy) if study.people is None else _take_answers(study)
     report(0.3)
     held_out = _segments(study, policy, "held-out")
     save_feedback(study.folder / "data" / "held_out", held_out, [Query(0, 1)], [])
@@ -72,6 +67,26 @@ def ask_participants(study: Study, report: Report) -> dict[str, Any]:
     states = collect_map_states(config, policy, rng)
     states.save(study.arrays_path("map_states"))
     return _content_of(pool)
+
+
+def _simulate_answers(study: Study, policy: Policy) -> SegmentPool:
+    """Roll out the pool, draw the pairs and let simulated participants answer; returns the pool."""
+    config, seed = study.config, study.seed
+    pool = _segments(study, policy, "pool")
+    queries = draw_queries(config, pool, seed)
+    for name, population in CONDITIONS.items():
+        answers = ask(config, population, pool, queries, derive(seed, "ask", name))
+        save_feedback(study.folder / "data" / name, pool, queries, answers)
+    return pool
+
+
+def _take_answers(study: Study) -> SegmentPool:
+    """Copy the answers of an export, with its pool and pairs; returns the pool."""
+    assert study.people is not None
+    for name in CONDITIONS:
+        given = study.people.feedback(name)
+        save_feedback(study.folder / "data" / name, given.pool, given.queries, given.answers)
+    return given.pool
 
 
 def draw_queries(config: StudyConfig, pool: SegmentPool, seed: int) -> list[Query]:
@@ -155,8 +170,9 @@ def _content_of(pool: SegmentPool) -> dict[str, Any]:
     near = people_of(pool.states)[1].min(axis=-1) < (
         world.robot_radius + world.human_radius + world.personal_space
     )
+    near &= pool.mask
     flags = pool.states[..., FLAGS]
-    gained = (flags[:, -1] > flags[:, 0]).mean(axis=0)
+    gained = (flags[np.arange(len(pool)), pool.lengths - 1] > flags[:, 0]).mean(axis=0)
     # No other term of the reward comes near the penalty of a collision.
     collided = pool.rewards < -0.5 * world.collision_penalty
     return {

@@ -14,12 +14,18 @@ BAR = 600
 """Width of the time line in units of its drawing."""
 
 
-def example_clips(example: Mapping[str, Any], folder: Path) -> Markup:
-    """Two figures side by side, or a sentence when the run kept no clips."""
+def example_clips(example: Mapping[str, Any], folder: Path, no_mark: str) -> Markup:
+    """Two figures side by side, or a sentence when the run kept no clips.
+
+    Args:
+        example: The query, as in results.json.
+        folder: The run's.
+        no_mark: What to say where nothing was highlighted.
+    """
     paths = clip_paths(example, folder)
     if not paths:
         return element("p", "This run kept no clips.")
-    cards = (_card(example, place, path) for place, path in enumerate(paths))
+    cards = (_card(example, place, path, no_mark) for place, path in enumerate(paths))
     return element("div", *cards, class_="pair")
 
 
@@ -35,7 +41,7 @@ def timeline(windows: Windows, steps: int, fps: float) -> Markup:
     return join([svg, *marks, Markup("</svg>"), _legend(windows, fps)])
 
 
-def _card(example: Mapping[str, Any], place: int, path: Path) -> Markup:
+def _card(example: Mapping[str, Any], place: int, path: Path, no_mark: str) -> Markup:
     name, fps = ("first", "second")[place], example["fps"]
     chosen = place == example["preferred"]
     title = f"{name.capitalize()} clip" + (" — preferred" if chosen else "")
@@ -43,7 +49,7 @@ def _card(example: Mapping[str, Any], place: int, path: Path) -> Markup:
     parts = [element("h3", title), picture]
     if chosen:
         windows = example_windows(example)
-        none = element("p", "The participant marked no highlight.")
+        none = element("p", no_mark)
         steps = len(read_clip(path, fps))
         parts.append(timeline(windows, steps, fps) if windows else none)
     return element("div", *parts, class_="clip chosen" if chosen else "clip")

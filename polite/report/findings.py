@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -39,8 +40,8 @@ def _tally(claims: list[dict[str, Any]], seeds: int) -> str:
 def _point(claim: Mapping[str, Any]) -> Markup:
     """The claim, its verdict, and the quantity that decided it."""
     decisive = next(part for part in claim["parts"] if part["verdict"] == claim["verdict"])
-    figure = claim["id"].split("-")[0]
-    name = element("strong", f"{figure}. {claim['text']}.")
+    figure = re.match(r"(\d[a-d]|H\d)(?=-|$)", claim["id"])
+    name = element("strong", f"{figure[0]}. " if figure else "", f"{claim['text']}.")
     return element("li", badge(claim["verdict"]), " ", name, f" {measurement(decisive)}.")
 
 

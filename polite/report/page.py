@@ -13,12 +13,11 @@ from polite.report.example import example_clips
 from polite.report.figures import draw_figures
 from polite.report.findings import findings
 from polite.report.html import Markup, document, element, figure, join, section
+from polite.report.wording import wording
 from polite.types import PoliteError
 
 Results = Mapping[str, Any]
 
-TITLE = "POLITE user study, replicated"
-SIMULATED = "The participants are simulated."
 AGAIN = "was it written by another version? Run `polite replicate` again"
 
 
@@ -66,43 +65,36 @@ def render(results: Results, folder: Path, pictures: list[Path]) -> str:
     """The whole page as text."""
     sections = [*_opening(results, folder), *_numbers(results), _closing(results)]
     sections.insert(3, _figures(pictures))
-    return document(TITLE, _header(results), element("main", *sections))
+    return document(wording(results).title, _header(results), element("main", *sections))
 
 
 def _header(results: Results) -> Markup:
-    banner = element(
-        "p",
-        element("strong", SIMULATED),
-        Markup(
-            " No human answered a query in this run. Rates and times that the simulation was "
-            "calibrated to are listed as inputs; only what emerges from them says something about "
-            "the method."
-        ),
-        class_="banner",
-        role="note",
-    )
+    words = wording(results)
+    strong = element("strong", words.banner)
+    banner = element("p", strong, words.more, class_="banner", role="note")
     paper = element("p", f"After {results['published']['source']}.", class_="source")
-    return element("header", element("h1", TITLE), paper, banner)
+    return element("header", element("h1", words.title), paper, banner)
 
 
 def _opening(results: Results, folder: Path) -> list[Markup]:
-    clips = example_clips(results["example"], folder)
+    words = wording(results)
+    clips = example_clips(results["example"], folder, words.no_mark)
     return [
         section("findings", "What came out", findings(results)),
         section("run", "What was run", _run(results)),
-        section("example", "One query", _asked(results["example"]), clips),
+        section("example", "One query", _asked(results["example"], words.one), clips),
     ]
 
 
-def _asked(example: Mapping[str, Any]) -> Markup:
+def _asked(example: Mapping[str, Any], one: str) -> Markup:
     chosen = ("first", "second")[example["preferred"]]
-    text = f"Query {example['query']}: a simulated participant of the POLITE group saw two clips, "
+    text = f"Query {example['query']}: {one} of the POLITE group saw two clips, "
     text += f"preferred the {chosen}, and could mark one good and one bad window on it."
     return element("p", text)
 
 
 def _run(results: Results) -> Markup:
-    clips, counts = results["clip_policy"], results["counts"]
+    clips, counts, words = results["clip_policy"], results["counts"], wording(results)
     seen = (
         ("a person", "share_with_person"),
         ("the intermittent goal", "share_with_intermittent"),
@@ -114,12 +106,24 @@ def _run(results: Results) -> Markup:
         f"{results['version']}",
         "Training seeds": ", ".join(map(str, results["seeds"])),
         "Answers": f"{counts['polite']['answers']} for POLITE, "
-        f"{counts['baseline']['answers']} for the baseline, on the same pairs of clips",
-        "Policy that made the clips": f"PPO on the true reward, {clips['why']}",
+        f"{counts['baseline']['answers']} for the baseline{words.pairs}",
+        words.clips: f"PPO on the true reward, {clips['why']}",
         "Clips that show": ", ".join(f"{what} {clips[key]:.0%}" for what, key in seen),
     }
+    if "people" in results:
+        facts = _study(results) | facts
     rows = (join([element("dt", name), element("dd", text)]) for name, text in facts.items())
     return element("dl", *rows)
+
+
+def _study(results: Results) -> dict[str, str]:
+    """Which study's answers these are."""
+    people, count = results["people"], results["participants"]
+    return {
+        "Study": f"“{people['title']}”, its export.json has the SHA-256 {people['export']}",
+        "Participants": f"{count['polite']} in the POLITE group and {count['baseline']} in the "
+        "baseline's, who finished and are not excluded",
+    }
 
 
 def _figures(pictures: list[Path]) -> Markup:
@@ -127,13 +131,13 @@ def _figures(pictures: list[Path]) -> Markup:
 
 
 def _numbers(results: Results) -> list[Markup]:
-    claims = results["claims"]
+    claims, words = results["claims"], wording(results)
     parts = [
         section(
             "claims",
             "Claims and verdicts",
-            element("p", RULES),
-            tables.claims_table(claims, "emergent", "Claims that emerge from the run."),
+            element("p", RULES + words.inputs),
+            tables.claims_table(claims, "emergent", words.emergent),
             tables.claims_table(claims, "arithmetic", "Arithmetic on the paper's own numbers."),
             tables.claims_table(claims, "input", "Claims about inputs: shown, never judged."),
         ),
@@ -149,12 +153,13 @@ def _numbers(results: Results) -> list[Markup]:
 RULES = (
     "The rules are code that was written before the runs. Reproduced: the whole 95% interval "
     "satisfies the bound, for every part of the claim. Not reproduced: for some part the whole "
-    "interval lies on the other side. Undecided: an interval straddles its bound. Input: put in "
-    "by calibration or design."
+    "interval lies on the other side. Undecided: an interval straddles its bound. "
 )
 
 
 def _closing(results: Results) -> Markup:
     settings = element("summary", "All settings")
     details = element("details", settings, tables.config_table(results["config"]))
-    return section("inputs", "Inputs", tables.inputs_table(results["calibrated"]), details)
+    calibrated = results["calibrated"]
+    inputs = [tables.inputs_table(calibrated)] if calibrated else []
+    return section("inputs", "Inputs", *inputs, details)

@@ -8,6 +8,7 @@ from typing import Any
 from polite.analysis.numbers import as_array
 from polite.analysis.statistics import share_interval, welch_difference
 from polite.report.html import Markup, element, join, table
+from polite.report.wording import wording
 from polite.report.words import NBSP, estimate, number, over_seeds, p_value, percent, stored
 
 Results = Mapping[str, Any]
@@ -65,10 +66,8 @@ def measurement(part: Mapping[str, Any]) -> str:
 
 def statistics_table(results: Results) -> Markup:
     """The paper's statistics of the answers beside ours."""
-    caption = "Answers of the participants. Rates and times are calibrated inputs; brackets hold "
-    caption += "95% intervals (rates: Wilson's, which takes answers as independent)."
     rows = [*_share_rows(results), *_test_rows(results), *_time_rows(results)]
-    return table(caption, ("Quantity", "Paper", "This run"), rows)
+    return table(wording(results).statistics, ("Quantity", "Paper", "This run"), rows)
 
 
 def policy_table(results: Results) -> Markup:
