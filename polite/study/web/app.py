@@ -19,10 +19,12 @@ from polite.study.folder import StudyFolder
 from polite.study.material import Material
 from polite.study.web import api, pages, researcher
 from polite.study.web.problems import handle_problems, refusal
-from polite.study.web.protection import Headers, Limits
+from polite.study.web.protection import Headers, RateLimits
 from polite.study.web.site import HERE, Site
 
 SESSION_DAYS: Final = 60
+LARGEST: Final = 256 * 1024
+"""Bytes of a request's body."""
 FOREVER: Final = "private, max-age=31536000, immutable"
 """A clip's name changes with its content."""
 
@@ -42,7 +44,13 @@ def create_app(
         https: Browsers reach it by https only, so cookies are sent by https only.
         clock: The server's time [s since the epoch].
     """
-    app = FastAPI(title=folder.design.title, docs_url=None, redoc_url=None, openapi_url=None)
+    app = FastAPI(
+        title=folder.design.title,
+        docs_url=None,
+        redoc_url=None,
+        openapi_url=None,
+        max_body_size=LARGEST,
+    )
     app.state.site = Site(
         folder=folder.path,
         material=Material(folder.design, folder.queries, folder.clips),
@@ -54,7 +62,7 @@ def create_app(
         app.include_router(part.router)
     _serve_files(app, folder)
     handle_problems(app)
-    app.add_middleware(Limits, problem=refusal)
+    app.add_middleware(RateLimits, problem=refusal)
     app.add_middleware(
         SessionMiddleware,
         secret_key=folder.secrets.session_key,

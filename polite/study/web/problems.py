@@ -88,6 +88,7 @@ def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     said = {
         404: "Please check the address.",
+        413: "That was too long.",
         405: "This page cannot be used that way.",
     }
     message = said.get(error.status_code) or HTTPStatus(error.status_code).phrase

@@ -1,4 +1,4 @@
-"""What every answer carries, and which requests are too large or too many."""
+"""What every answer carries, and which requests are too many."""
 
 from __future__ import annotations
 
@@ -14,8 +14,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from polite.study.errors import RefusedError
 
-LARGEST: Final = 256 * 1024
-"""Bytes of a request's body."""
 POLICY: Final = "; ".join(
     [
         "default-src 'none'",
@@ -67,8 +65,8 @@ class Headers:
         await self.app(scope, receive, send_with_headers)
 
 
-class Limits:
-    """Refuses bodies that are too large, and requests that come too often."""
+class RateLimits:
+    """Refuses requests that come too often."""
 
     def __init__(self, app: ASGIApp, problem: Problem) -> None:
         """Wrap an application; must itself lie within the one that reads the session."""
@@ -84,11 +82,10 @@ class Limits:
         request = Request(scope, receive)
         try:
             self._count(request)
-            body = await _read(request)
         except RefusedError as error:
             await self.problem(request, error)(scope, receive, send)
-            return
-        await self.app(scope, _replay(body, receive), send)
+        else:
+            await self.app(scope, receive, send)
 
     def _count(self, request: Request) -> None:
         """Count a request.
@@ -102,27 +99,3 @@ class Limits:
         limit: RateLimitItem = GUESSES if guessed else WRITES
         if not self.limiter.hit(limit, str(guessed), who):
             raise RefusedError(429, "That was too often. Please wait a minute and try again.")
-
-
-async def _read(request: Request) -> bytes:
-    """The body.
-
-    Raises:
-        RefusedError: It is too large; no more of it is read then.
-    """
-    body = b""
-    async for part in request.stream():
-        body += part
-        if len(body) > LARGEST:
-            raise RefusedError(413, f"Expected at most {LARGEST // 1024} kB.")
-    return body
-
-
-def _replay(body: bytes, receive: Receive) -> Receive:
-    """Give the application a body that has been read already."""
-    messages: list[Message] = [{"type": "http.request", "body": body, "more_body": False}]
-
-    async def again() -> Message:
-        return messages.pop() if messages else await receive()
-
-    return again
