@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 import torch
 from imitation_process import imitation
+from random_pool import PAIRS, random_pool
 
 from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, train_ensemble
 from polite.rewards.network import RewardNet, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig, train_reward
 from polite.samplers import uniform_pairs
-from polite.types import FIRST, SECOND, Answer, SegmentPool
+from polite.types import FIRST, SECOND, Answer
 
-PAIRS, SEGMENTS, STEPS, OBSERVATION, ACTION = 256, 200, 50, 17, 6  # HalfCheetah's
+OBSERVATION, ACTION = 17, 6  # HalfCheetah's
 EPOCHS, BATCH = 10, 128  # the paper's minibatch on HalfCheetah
 ROUNDS = 5
 
@@ -23,15 +24,7 @@ ROUNDS = 5
 def feedback():
     """Segments, pairs, and who won each, without ties and highlights."""
     rng = np.random.default_rng(0)
-    pool = SegmentPool(
-        observations=rng.normal(size=(SEGMENTS, STEPS, OBSERVATION)),
-        actions=rng.uniform(-1, 1, (SEGMENTS, STEPS, ACTION)),
-        rewards=rng.normal(size=(SEGMENTS, STEPS)),
-        states=np.zeros((SEGMENTS, STEPS, 1)),
-        lengths=np.full(SEGMENTS, STEPS),
-        trajectory=np.zeros(SEGMENTS),
-        start=np.zeros(SEGMENTS),
-    )
+    pool = random_pool(rng, OBSERVATION, ACTION)
     pairs = uniform_pairs(PAIRS, rng, pool)
     better = [pool.returns[pair.first] > pool.returns[pair.second] for pair in pairs]
     answers = [Answer(i, FIRST if first else SECOND) for i, first in enumerate(better)]
@@ -48,14 +41,6 @@ def save(path, feedback):
         pairs=[(pair.first, pair.second) for pair in pairs],
         preferences=[answer.preference[0] for answer in answers],
     )
-
-
-@pytest.fixture
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 def net(hidden, seed):

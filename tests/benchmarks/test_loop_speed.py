@@ -5,7 +5,6 @@ import time
 from dataclasses import asdict
 
 import pytest
-import torch
 from imitation_process import imitation
 
 from polite.methods.config import METHODS, LearningConfig, Schedule
@@ -52,14 +51,6 @@ def run_ours(steps, queries, iterations, first_epochs, later_epochs, fragment_le
         "policy_steps": learned.policy_steps,
         "env_steps": learned.policy_steps + learned.collection_steps,
     }
-
-
-@pytest.fixture
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.mark.parametrize("epochs", EPOCHS)

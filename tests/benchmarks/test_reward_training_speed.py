@@ -5,6 +5,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 import torch
+from random_pool import PAIRS, random_pool
 from torch import nn
 from torch.nn.functional import logsigmoid
 
@@ -13,35 +14,18 @@ from polite.rewards.network import FAST, PAPER, RewardNet
 from polite.rewards.trainer import RewardTrainingConfig, minibatches, train_reward
 from polite.samplers import uniform_pairs
 from polite.teachers.oracle import Oracle
-from polite.types import SegmentPool
 
-PAIRS, SEGMENTS, STEPS, OBSERVATION, ACTION = 256, 200, 50, 35, 2
+OBSERVATION, ACTION = 35, 2
 ONE_EPOCH = RewardTrainingConfig(epochs=1)
 
 
 @pytest.fixture(scope="module")
 def data():
     rng = np.random.default_rng(0)
-    pool = SegmentPool(
-        observations=rng.normal(size=(SEGMENTS, STEPS, OBSERVATION)),
-        actions=rng.uniform(-1, 1, (SEGMENTS, STEPS, ACTION)),
-        rewards=rng.normal(size=(SEGMENTS, STEPS)),
-        states=np.zeros((SEGMENTS, STEPS, 1)),
-        lengths=np.full(SEGMENTS, STEPS),
-        trajectory=np.zeros(SEGMENTS),
-        start=np.zeros(SEGMENTS),
-    )
+    pool = random_pool(rng, OBSERVATION, ACTION)
     queries = uniform_pairs(PAIRS, rng, pool)
     oracle = Oracle(length=ONE_EPOCH.highlight_length)
     return stack_feedback(pool, queries, oracle.answer_queries(pool, queries, rng))
-
-
-@pytest.fixture
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.mark.parametrize(("preset", "target"), [(FAST, 10.0), (PAPER, 1.5)], ids=["32x32", "256x3"])

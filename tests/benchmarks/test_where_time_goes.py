@@ -5,7 +5,6 @@ from collections import defaultdict
 
 import pytest
 import stable_baselines3
-import torch
 
 import polite.methods.preference_learning as loop
 from polite.methods.config import METHODS, LearningConfig
@@ -65,14 +64,6 @@ def learn(net, steps, queries):
         config,
         seed=0,
     )
-
-
-@pytest.fixture
-def one_thread():
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 @pytest.mark.parametrize("net", NETS)
