@@ -13,6 +13,7 @@ from rich.console import Console
 from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.plan_config import PlanConfig
 from polite.experiments.train_config import TrainConfig
+from polite.study.commands import Export, Invite, Serve, Status, Withdraw
 from polite.types import PoliteError
 
 
@@ -146,12 +147,34 @@ class Plan(PlanConfig):
         return run_plan(PlanConfig(**vars(self)))
 
 
+StudyCommand = (
+    Annotated[Status, tyro.conf.subcommand("status")]
+    | Annotated[Invite, tyro.conf.subcommand("invite")]
+    | Annotated[Export, tyro.conf.subcommand("export")]
+    | Annotated[Withdraw, tyro.conf.subcommand("withdraw")]
+)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study with people: invite, see how it stands, export. `polite serve` serves its pages."""
+
+    command: tyro.conf.OmitSubcommandPrefixes[StudyCommand]
+    """What to do."""
+
+    def run(self) -> Path | str:
+        """Do it; returns what to print."""
+        return self.command.run()
+
+
 Command = (
     Annotated[Replicate, tyro.conf.subcommand("replicate")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Benchmark, tyro.conf.subcommand("benchmark")]
     | Annotated[Highlights, tyro.conf.subcommand("highlights")]
     | Annotated[Plan, tyro.conf.subcommand("plan")]
+    | Annotated[Study, tyro.conf.subcommand("study")]
+    | Annotated[Serve, tyro.conf.subcommand("serve")]
     | Annotated[Map, tyro.conf.subcommand("map")]
     | Annotated[Report, tyro.conf.subcommand("report")]
 )

@@ -43,13 +43,6 @@ def read_records(connection: Connection) -> StudyRecords:
     )
 
 
-def read_identities(connection: Connection) -> list[tuple[int, str, str]]:
-    """(participant, field, value): who people are to a panel, and what code they were shown."""
-    table = schema.identities
-    rows = connection.execute(select(table).order_by(table.c.participant, table.c.name))
-    return [(row.participant, row.name, row.value) for row in rows]
-
-
 def _by_participant(connection: Connection, table: Any, order: Any) -> dict[int, list[Row[Any]]]:
     rows: dict[int, list[Row[Any]]] = defaultdict(list)
     for row in connection.execute(select(table).order_by(order)):
