@@ -194,15 +194,32 @@ def read_design(path: Path) -> Design:
         DesignError: It is missing, no TOML, or does not hold together; the message says where.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise DesignError(f"{path}: cannot be read ({system_says(error)})") from error
     except ValueError as error:
-        raise DesignError(f"{path}: expected TOML ({one_line(error)})") from error
+        raise DesignError(f"{path}: expected text in UTF-8 ({one_line(error)})") from error
+    return parse_design(text, str(path))
+
+
+def parse_design(text: str, where: str = FILE) -> Design:
+    """A design from its TOML.
+
+    Args:
+        text: The TOML.
+        where: What an error calls it.
+
+    Raises:
+        DesignError: It is no TOML, or does not hold together; the message says where.
+    """
+    try:
+        content = tomllib.loads(text)
+    except ValueError as error:
+        raise DesignError(f"{where}: expected TOML ({one_line(error)})") from error
     try:
         return Design(**content)
     except ValidationError as error:
-        raise DesignError(f"{path}: {_first_mistake(error)}") from error
+        raise DesignError(f"{where}: {_first_mistake(error)}") from error
 
 
 def _first_mistake(error: ValidationError) -> str:

@@ -12,7 +12,7 @@ from typing import Final
 from polite.dataset import Feedback, load_feedback
 from polite.files import read_json_object, write_atomically
 from polite.study.clips import Clip, clip_files, clip_names, load_clips, used_segments
-from polite.study.design import FILE, Design, read_design
+from polite.study.design import FILE, Design, Example, read_design
 from polite.types import PoliteError, Query, SegmentPool
 
 SECRETS: Final = "secrets.json"
@@ -107,47 +107,8 @@ class StudyFolder:
                 f"{self.path}: expected a study's folder, found none; make one with: "
                 f"polite study new {self.path}"
             )
-        self.check_design()
+        check_design(self.design, self.feedback)
         self._check_clips()
-
-    def check_design(self) -> None:
-        """Check that the design asks for nothing that the pool does not have.
-
-        Raises:
-            StudyFolderError: It does; the message says what to do.
-            PoliteError: Design or pool cannot be read.
-        """
-        design, wanted = self.design, self.design.participants * self.design.comparisons
-        if len(self.queries) < wanted:
-            raise StudyFolderError(
-                f"{self.pool_path}: expected {wanted} comparisons ({design.participants} "
-                f"participants x {design.comparisons}), found {len(self.queries)}; ask for fewer "
-                f"in {FILE}, or make a study from more"
-            )
-        self._check_segments()
-        for which in ("good", "bad"):
-            example = getattr(design.guide, which)
-            last = max(0, int(self.pool.lengths[example.segment]) - 1 - design.highlight_length)
-            if example.start > last:
-                raise StudyFolderError(
-                    f"{FILE}: guide.{which}.start: expected at most {last}, so that the window of "
-                    f"{design.highlight_length + 1} steps lies within segment {example.segment}, "
-                    f"got {example.start}"
-                )
-
-    def _check_segments(self) -> None:
-        for number, pair in enumerate(self.design.practice):
-            if pair.first == pair.second:
-                raise StudyFolderError(
-                    f"{FILE}: practice {number + 1}: expected two different segments, got "
-                    f"{pair.first} twice"
-                )
-        beyond = sorted(index for index in self.design.segments if index >= len(self.pool))
-        if beyond:
-            raise StudyFolderError(
-                f"{FILE}: guide and practice: expected segments below {len(self.pool)}, the size "
-                f"of the pool, got {beyond}"
-            )
 
     def _check_clips(self) -> None:
         used = used_segments(self.design, self.feedback)
@@ -172,6 +133,47 @@ class StudyFolder:
 
     def _names(self, used: list[int]) -> dict[int, str]:
         return clip_names(self.path, self.design, self.feedback, used)
+
+
+def check_design(design: Design, feedback: Feedback) -> None:
+    """Check that a design asks for nothing that the pool does not have.
+
+    Raises:
+        StudyFolderError: It does; the message says what to do.
+    """
+    wanted, found = design.participants * design.comparisons, len(feedback.queries)
+    if found < wanted:
+        raise StudyFolderError(
+            f"expected {wanted} comparisons ({design.participants} participants x "
+            f"{design.comparisons}), found {found}; ask for fewer, or make a study from a pool "
+            "with more"
+        )
+    _check_segments(design, len(feedback.pool))
+    for which in ("good", "bad"):
+        example: Example = getattr(design.guide, which)
+        steps = int(feedback.pool.lengths[example.segment])
+        last = max(0, steps - 1 - design.highlight_length)
+        if example.start > last:
+            raise StudyFolderError(
+                f"{FILE}: guide.{which}.start: expected at most {last}, so that the window of "
+                f"{design.highlight_length + 1} steps lies within the {steps} steps of segment "
+                f"{example.segment}, got {example.start}"
+            )
+
+
+def _check_segments(design: Design, count: int) -> None:
+    for number, pair in enumerate(design.practice, start=1):
+        if pair.first == pair.second:
+            raise StudyFolderError(
+                f"{FILE}: practice {number}: expected two different segments, got "
+                f"{pair.first} twice"
+            )
+    beyond = sorted(index for index in design.segments if index >= count)
+    if beyond:
+        raise StudyFolderError(
+            f"{FILE}: guide and practice: expected segments below {count}, the size of the pool, "
+            f"got {', '.join(map(str, beyond))}"
+        )
 
 
 def _write_secrets(path: Path) -> None:
