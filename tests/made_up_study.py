@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from polite.dataset import save_feedback
 from polite.study.design import CONDITIONS, Design, read_design
+from polite.study.export import export
 from polite.study.records import AnswerRecord, ParticipantRecord, StudyRecords, TrialRecord
 from polite.types import Query, SegmentPool
 
@@ -167,3 +169,66 @@ def made_up_records() -> StudyRecords:
             )
         )
     return StudyRecords(tuple(people), {"polite": 1})
+
+
+def corridor_pool(segments: int = 24, length: int = 20) -> SegmentPool:
+    """Clips of a corridor in which a robot drives about at random."""
+    from polite.experiments.study_config import PRESETS
+    from polite.experiments.study_world import study_env
+    from polite.rollouts import collect
+    from polite.segments import cut_segments
+
+    rng = np.random.default_rng(2)
+    env = study_env(PRESETS["smoke"], 8, 0, start_z=-4.0).vector_env
+    trajectories = collect(
+        env, lambda observations: rng.uniform(-1, 1, (len(observations), 2)), 3 * length, 1
+    )
+    return cut_segments(trajectories, length, segments, rng)
+
+
+def corridor_export(folder: Path, *, sizes: tuple[int, int] = (3, 2), **values: Any) -> Path:
+    """An export of a study about the corridor: `sizes` made-up people in the two conditions.
+
+    They prefer the clip with the higher return, on which the first two thirds mark something; the
+    last of each condition answers a comparison less.
+    """
+    pool, comparisons = corridor_pool(), 8
+    rng = np.random.default_rng(4)
+    queries = [Query(*map(int, rng.choice(len(pool), 2, False))) for _ in range(2 * comparisons)]
+    given = {"env": "SocialCorridor-v0", "comparisons": comparisons, "length": 5} | values
+    study = made_up_folder(folder / "study", pool, **given, queries=queries)
+    people = []
+    for condition, size in zip(CONDITIONS, sizes, strict=True):
+        for n in range(size):
+            block = n % 2
+            trials = tuple(
+                trial(i, "main", block * comparisons + i, bool(rng.integers(2)))
+                for i in range(comparisons)
+            )
+            kept = trials[: comparisons - (n == size - 1)]
+            answers = [_knowing(t, pool, queries, condition) for t in kept]
+            number, end = 1 + len(people), 2000.0 + 60.0 * len(people)
+            people.append(
+                person(
+                    number, *answers, condition=condition, block=block, trials=trials,
+                    finished_at=end, joined_at=940.0 - 30.0 * n,
+                )
+            )  # fmt: skip
+    robots = values.get("robots", False)
+    records = StudyRecords(tuple(replace(someone, robot=robots) for someone in people))
+    return export(study, records, folder / "export")
+
+
+def _knowing(
+    shown: TrialRecord, pool: SegmentPool, queries: list[Query], condition: str
+) -> AnswerRecord:
+    """Prefers the higher return; does not tell every eighth pair apart."""
+    query = queries[shown.query]
+    if shown.query % 8 == 7:
+        return answer(shown.place, "equal")
+    first = pool.returns[query.first] > pool.returns[query.second]
+    choice = "left" if first == shown.first_is_left else "right"
+    if condition == "baseline":
+        return answer(shown.place, choice)
+    marks = {"good": 3} if shown.query % 3 else {"nothing": True}
+    return answer(shown.place, choice, **marks, bad=9 if shown.query % 3 == 1 else None)

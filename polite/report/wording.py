@@ -62,7 +62,8 @@ WORDING: Final[Mapping[Respondents, Wording]] = {
         banner="People answered.",
         more=" The answers are from a study on the web page of this project; those of participants "
         "who did not finish, or who are excluded by the rules of its design, are left out. Rates, "
-        "highlights and times are findings here. Rewards and policies were trained on the answers.",
+        "highlights and times are findings here. Rewards and policies were trained on the answers; "
+        "intervals over seeds cover the chance of training, not that of who took part.",
         one="a participant",
         no_mark="The participant marked no highlight.",
         pairs=_PAIRS,
