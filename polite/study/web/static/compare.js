@@ -176,7 +176,8 @@ async function load(path) {
       return reply;
     } catch (problem) {
       if (!problem.retry) {
-        end({ status: ENDS[problem.status] ? problem.status : 403, message: problem.message });
+        if (ENDS[problem.status]) end(problem);
+        else location.assign("/"); // the participant is elsewhere by now
         return null;
       }
       const wait = Math.max(RELOADS[Math.min(attempt, RELOADS.length - 1)], problem.wait);

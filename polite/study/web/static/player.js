@@ -52,6 +52,7 @@ export class Player extends EventTarget {
       const element = this.#videos[index];
       element.width = width;
       element.height = height;
+      element.style.setProperty("--ratio", width / height);
       element.src = video;
       element.currentTime = 0.5 / fps;
     });
