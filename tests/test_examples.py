@@ -12,8 +12,10 @@ import imageio.v3 as iio
 import numpy as np
 import pygame
 import pytest
+from made_up_study import corridor_export
 
 from polite.policies.policy import GaussianPolicy, save_policy
+from polite.rewards.files import load_reward_model
 from socialnav_env.rendering import Window
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -179,6 +181,25 @@ def test_own_teacher():
     told = run("own_teacher.py", "Pendulum-v1", 4096)
     answers, correlation = told.split(" answers; r̂ and smoothness correlate: ")
     assert answers == "50" and float(correlation) > 0.0
+
+
+def test_people_to_reward(tmp_path):
+    export = corridor_export(tmp_path)
+    told = run("people_to_reward.py", export, "--epochs", 20, "--out", tmp_path / "reward.pt")
+    # Three people answered 8, 8 and 7 comparisons, the last one each with a preference.
+    assert told.startswith("learned from 16 answers; foresees ") and " of 7 preferences" in told
+    assert load_reward_model(tmp_path / "reward.pt").observation_size == 36
+    again = ["--condition", "baseline", "--epochs", 1, "--out", tmp_path / "other.pt"]
+    assert run("people_to_reward.py", export, *again).startswith("learned from 8 answers")
+
+
+def test_people_to_reward_wants_two_people(tmp_path, stop):
+    export = corridor_export(tmp_path, sizes=(1, 0))
+    for condition in ("polite", "baseline"):
+        status, line = stop("people_to_reward.py", export, "--condition", condition)
+        assert status == 2
+        assert f"error: {export}: expected answers of at least two people" in line
+    assert stop("people_to_reward.py", tmp_path / "none")[0] == 2
 
 
 def test_draw_reward_map(tmp_path):
