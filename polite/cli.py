@@ -11,9 +11,10 @@ import tyro
 from rich.console import Console
 
 from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.new_study_config import NewStudyConfig
 from polite.experiments.plan_config import PlanConfig
 from polite.experiments.train_config import TrainConfig
-from polite.study.commands import Export, Invite, Serve, Status, Withdraw
+from polite.study.commands import Export, Invite, Serve, Status, Withdraw, web_extra
 from polite.types import PoliteError
 
 
@@ -147,8 +148,24 @@ class Plan(PlanConfig):
         return run_plan(PlanConfig(**vars(self)))
 
 
+@dataclass(frozen=True, kw_only=True)
+class New(NewStudyConfig):
+    """Make the folder of a study with people: clips, comparisons, texts.
+
+    Without --pool and --env it is the demo, in which a robot drives past people in a corridor.
+    """
+
+    def run(self) -> str:
+        """Make it; returns what to do next."""
+        with web_extra():
+            from polite.experiments.new_study import describe, new_study
+
+        return describe(new_study(NewStudyConfig(**vars(self))))
+
+
 StudyCommand = (
-    Annotated[Status, tyro.conf.subcommand("status")]
+    Annotated[New, tyro.conf.subcommand("new")]
+    | Annotated[Status, tyro.conf.subcommand("status")]
     | Annotated[Invite, tyro.conf.subcommand("invite")]
     | Annotated[Export, tyro.conf.subcommand("export")]
     | Annotated[Withdraw, tyro.conf.subcommand("withdraw")]

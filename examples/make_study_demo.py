@@ -1,0 +1,79 @@
+"""Make the pool of the demo study: clips that differ, and pairs of them.
+
+    python examples/make_study_demo.py              # that of the package, into assets/study_demo
+
+The clips are those of the replication: a robot, trained part of the way, drives past people in the
+corridor. `study.toml` beside the pool names clips by their numbers; look at it if they change.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from polite.dataset import save_feedback
+from polite.experiments.study import Study
+from polite.experiments.study_config import preset
+from polite.experiments.study_stages import train_clip_policy
+from polite.experiments.study_world import FLAGS, collect_along, people_of
+from polite.policies.policy import load_policy
+from polite.samplers import uniform_pairs
+from polite.segments import cut_segments
+from polite.types import SegmentPool
+from socialnav_env import CorridorConfig
+
+LENGTH = 50
+PARTICIPANTS, COMPARISONS = 4, 8
+KINDS = {"collision": 8, "goal": 10, "near": 16}
+"""How many clips of each kind are shown: somebody or a wall is hit, a goal is reached, a person is
+close. Clips of a later kind are of none before it."""
+APART = 6
+"""Clips for guide and practice, which no comparison shows: two of each kind."""
+
+
+def kinds_of(pool: SegmentPool) -> dict[str, np.ndarray]:
+    """Which segments are of which kind, (S,) each; the last in order of their number."""
+    world = CorridorConfig()
+    flags = pool.states[..., FLAGS]
+    collision = (pool.rewards < -0.5 * world.collision_penalty).any(axis=1)
+    goal = (flags[:, -1] > flags[:, 0]).any(axis=1) & ~collision
+    touching = world.robot_radius + world.human_radius + world.personal_space
+    near = (people_of(pool.states)[1].min(axis=-1) < touching).any(axis=1)
+    return {"collision": collision, "goal": goal, "near": near & ~collision & ~goal}
+
+
+def choose(pool: SegmentPool) -> np.ndarray:
+    """Segments to compare, all kinds mixed, and then those apart."""
+    shown, apart = [], []
+    for name, is_kind in kinds_of(pool).items():
+        numbers = np.flatnonzero(is_kind)
+        each = KINDS[name]
+        if len(numbers) < each + 2:
+            raise SystemExit(f"{name}: expected {each + 2} clips, found {len(numbers)}; take more")
+        shown.extend(numbers[:each])
+        apart.extend(numbers[each : each + 2])
+    return np.array([*np.sort(shown), *apart])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("assets/study_demo"))
+    parser.add_argument("--work", type=Path, default=Path("runs/study_demo"), help="for the policy")
+    parser.add_argument("--seed", type=int, default=0)
+    chosen = parser.parse_args()
+    study = Study(chosen.work, preset("fast"), chosen.seed)
+    train_clip_policy(study, lambda share: None)
+    policy = load_policy(chosen.work / "models" / "policy-clips.pt")
+    rng = np.random.default_rng(chosen.seed)
+    trajectories = collect_along(study.config, policy, rng)
+    pool = cut_segments(trajectories, LENGTH, 1200, rng)
+    numbers = choose(pool)
+    few = SegmentPool.stack([pool[int(number)] for number in numbers], LENGTH)
+    compared = SegmentPool.stack([few[i] for i in range(len(few) - APART)], LENGTH)
+    pairs = uniform_pairs(PARTICIPANTS * COMPARISONS, rng, compared)
+    save_feedback(chosen.out / "pool", few, pairs, [])
+    print(f"{chosen.out}: {len(few)} clips, {len(pairs)} pairs; apart: {len(compared)} and on")
+
+
+if __name__ == "__main__":
+    main()
