@@ -24,7 +24,10 @@ FEWEST: Final = 2
 ELSEWHERE: Final = (
     "to train a reward model on other envs' answers, see examples/people_to_reward.py"
 )
-FREE: Final = ("anchor_jitter", "max_episode_steps", "start_z", "terminate_", "render")
+FREE: Final = (
+    *("anchor_jitter", "max_episode_steps", "start_z", "terminate_"),
+    *("render", "camera", "overlays"),
+)
 """How settings begin that change where clips come from, or how they look, and not the world."""
 AGAIN: Final = "export the study again"
 
@@ -124,7 +127,7 @@ def _check_world(summary: Mapping[str, Any], config: StudyConfig) -> None:
         PoliteError: if not.
     """
     env = summary["env"]
-    if env != ENV_ID:
+    if env.rpartition(":")[2] != ENV_ID:  # a module that registers it may stand before it
         raise PoliteError(
             f"expected answers about {ENV_ID}, which the study's maps and policies need, got "
             f"{env}; {ELSEWHERE}"

@@ -168,8 +168,15 @@ def altered(export, tmp_path):
 
 
 def test_another_corridor_is_refused(altered):
-    same = {"render_width": 320, "anchor_jitter": 1.0, "num_humans": 3, "scenario": "paper"}
-    assert read_people(altered(env_settings=same), SMOKE).minutes
+    same = {
+        "render_width": 320,
+        "camera": "robot",
+        "anchor_jitter": 1.0,
+        "num_humans": 3,
+        "scenario": "paper",
+    }
+    name = "socialnav_env:SocialCorridor-v0"
+    assert read_people(altered(env_settings=same, env=name), SMOKE).minutes
     mistake(altered(env_settings={"num_humans": 9}), "num_humans = 3, got 9")
     mistake(altered(env_settings={"scenario": "doorway"}), "scenario")
 
