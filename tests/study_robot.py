@@ -10,6 +10,7 @@ import asyncio
 import time
 import uuid
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from html.parser import HTMLParser
 from typing import Any
@@ -232,15 +233,12 @@ class Robot:
     async def _request(
         self, name: str, method: str, path: str, **given: Any
     ) -> httpx2.Response | None:
-        began, status = time.monotonic(), 0
-        try:
+        began, reply = time.monotonic(), None
+        with suppress(httpx2.TransportError):
             reply = await self._client.request(method, path, **given)
-            status = reply.status_code
-            return reply
-        except httpx2.TransportError:
-            return None
-        finally:
-            self.tell_exchanged(Exchange(name, began, time.monotonic() - began, status))
+        status = 0 if reply is None else reply.status_code
+        self.tell_exchanged(Exchange(name, began, time.monotonic() - began, status))
+        return reply
 
 
 def read_page(html: str) -> dict[str, str]:

@@ -61,6 +61,8 @@ class Place:
     """A participant's trial, and what is stored of it."""
 
     place: int
+    current: int
+    """The first place without an answer; the number of trials if there is none."""
     trial: Trial
     served_at: float | None
     watched_at: float | None
@@ -110,7 +112,8 @@ def read_place(
     in_phase = (place < material.practice) == (person.stage == PRACTICE)
     answers = schema.answers
     row = _trial_row(connection, person, place)
-    if row is None or not in_phase or place > current_place(connection, person):
+    current = current_place(connection, person)
+    if row is None or not in_phase or place > current:
         raise RefusedError(404, "This comparison is not yours to make now.")
     last = connection.execute(
         select(answers)
@@ -118,7 +121,7 @@ def read_place(
         .order_by(answers.c.revision.desc())
         .limit(1)
     ).one_or_none()
-    return Place(place, _trial(row), row.served_at, row.watched_at, last)
+    return Place(place, current, _trial(row), row.served_at, row.watched_at, last)
 
 
 def mark_served(connection: Connection, person: Participant, place: int, now: float) -> None:
@@ -159,19 +162,21 @@ def store_answer(
     earlier = _same_submission(connection, person, form)
     if earlier is not None:
         seen = _trial(_trial_row(connection, person, earlier.place))
-        return _stored(connection, person, material, seen, earlier.revision)
+        current = current_place(connection, person)
+        return _stored(person, material, seen, earlier.revision, current)
     at = read_place(connection, person, material, place)
     if form.revision != at.revision:
         raise RefusedError(
             409,
             "This comparison has been answered in another window. You go on with the next one.",
             revision=at.revision,
-            current=current_place(connection, person),
+            current=at.current,
         )
     _check(at, form, person, material)
     connection.execute(insert(schema.answers).values(_row(person, place, form, now)))
-    person = _go_on(connection, person, material, now)
-    stored = _stored(connection, person, material, at.trial, form.revision + 1)
+    current = max(at.current, place + 1)
+    person = _go_on(connection, person, material, current, now)
+    stored = _stored(person, material, at.trial, form.revision + 1, current)
     if stored.next is not None and at.trial.kind != "practice":  # practice shows feedback first
         mark_served(connection, person, stored.next, now)
     return stored
@@ -216,19 +221,17 @@ def _same_submission(
 
 
 def _stored(
-    connection: Connection, person: Participant, material: Material, trial: Trial, revision: int
+    person: Participant, material: Material, trial: Trial, revision: int, current: int
 ) -> Stored:
-    current = current_place(connection, person)
     end = material.practice if person.stage == PRACTICE else material.trials
     more = person.stage in (PRACTICE, COMPARISONS) and current < end
     return Stored(trial, revision, current if more else None, person.stage)
 
 
 def _go_on(
-    connection: Connection, person: Participant, material: Material, now: float
+    connection: Connection, person: Participant, material: Material, current: int, now: float
 ) -> Participant:
     """Let the participant enter the next stage if this was the last answer of theirs."""
-    current = current_place(connection, person)
     ends = {PRACTICE: material.practice, COMPARISONS: material.trials}
     if current >= ends[person.stage]:
         return advance(connection, person, material.design, now)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sqlite3
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,12 +29,15 @@ from polite.types import PoliteError
 
 BUSY: Final = 5.0
 """How long to wait for somebody else's write [s]."""
+CONNECTIONS: Final = 20
+"""Kept open by each process at the most; PostgreSQL allows 100 in all unless it is told more."""
 _PRAGMAS: Final = (
     "journal_mode = WAL",  # readers and the writer do not wait for each other
     "synchronous = FULL",  # a confirmed answer is on disk, whatever dies then
     "foreign_keys = ON",
     "secure_delete = ON",  # what somebody withdrew is overwritten
 )
+_MIGRATING: Final = 0x706F6C697465  # a number of our own among a server's advisory locks
 
 
 class DatabaseError(PoliteError):
@@ -42,6 +46,25 @@ class DatabaseError(PoliteError):
 
 class NotStoredError(PoliteError):
     """The database is locked, full or gone; nothing was stored, and trying again may help."""
+
+
+class _Turn:
+    """One writer at a time in this process.
+
+    SQLite would let the others look again and again, at intervals of up to 0.1 s in which nobody
+    writes, and give up on those who were unlucky.
+    """
+
+    def __init__(self, patience: float) -> None:
+        self._patience = patience
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(timeout=self._patience):
+            raise NotStoredError(f"no turn to write within {self._patience:g} s")
+
+    def __exit__(self, *error: object) -> None:
+        self._lock.release()
 
 
 class Database:
@@ -58,6 +81,8 @@ class Database:
             DatabaseError: The URL is none, or its driver is not installed.
         """
         self.engine = _engine(url, busy)
+        sqlite = self.engine.dialect.name == "sqlite"
+        self._turn: AbstractContextManager[None] = _Turn(busy) if sqlite else nullcontext()
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
@@ -70,14 +95,18 @@ class Database:
             yield connection
 
     @contextmanager
-    def write(self) -> Iterator[Connection]:
+    def write(self, *, at_once: bool = True) -> Iterator[Connection]:
         """A transaction; committed, and on disk, when the block ends without an error.
+
+        Args:
+            at_once: Without it SQLite may bring it to the disk with a later transaction. It
+                outlives this process all the same, but perhaps not a power failure.
 
         Raises:
             NotStoredError: The database is locked, full or gone; nothing was stored.
         """
-        writer = self.engine.execution_options(writes=True)
-        with _translated(), writer.begin() as connection:
+        writer = self.engine.execution_options(writes=True, at_once=at_once)
+        with self._turn, _translated(), writer.begin() as connection:
             yield connection
 
     def migrate(self) -> None:
@@ -91,6 +120,7 @@ class Database:
         config.set_main_option("script_location", str(scripts).replace("%", "%%"))
         try:
             with self.write() as connection:
+                _keep_others_from_migrating(connection)
                 _refuse_newer(config, connection)
                 config.attributes["connection"] = connection
                 command.upgrade(config, "head")
@@ -122,7 +152,9 @@ def _engine(url: str, busy: float) -> Engine:
     try:
         sqlite = make_url(url).get_backend_name() == "sqlite"
         settings: dict[str, Any] = {"connect_args": {"timeout": busy}} if sqlite else {}
-        engine = create_engine(url, pool_pre_ping=not sqlite, **settings)
+        engine = create_engine(
+            url, pool_size=CONNECTIONS, max_overflow=0, pool_pre_ping=not sqlite, **settings
+        )
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
         raise DatabaseError(
             f"expected a database's URL, sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME "
@@ -145,8 +177,13 @@ def _set_up_sqlite(engine: Engine) -> None:
     @event.listens_for(engine, "begin")
     def begin(connection: Connection) -> None:
         # A transaction that reads first and writes then could find that it may not write any more.
-        writes = connection.get_execution_options().get("writes", False)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+        options = connection.get_execution_options()
+        if not options.get("writes", False):
+            connection.exec_driver_sql("BEGIN")
+            return
+        level = "FULL" if options["at_once"] else "NORMAL"
+        connection.exec_driver_sql(f"PRAGMA synchronous = {level}")
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
 
 
 @contextmanager
@@ -159,6 +196,12 @@ def _translated() -> Iterator[None]:
     except (DBAPIError, TimeoutError) as error:
         reason = getattr(error, "orig", None) or error
         raise NotStoredError(f"the database says: {one_line(reason)}") from error
+
+
+def _keep_others_from_migrating(connection: Connection) -> None:
+    """Let the others wait until this transaction ends; SQLite has one writer at a time anyhow."""
+    if connection.dialect.name == "postgresql":
+        connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_MIGRATING})")
 
 
 def _refuse_newer(config: Config, connection: Connection) -> None:

@@ -51,18 +51,17 @@ def trial(request: Request, site: TheSite, place: Number) -> dict[str, Any]:
     with site.database.read() as connection:
         person = find(connection, session_token(request))
         found = read_place(connection, person, site.material, place)
-        current = current_place(connection, person)
     if found.served_at is None:
-        with site.database.write() as connection:
+        with site.database.write(at_once=False) as connection:
             mark_served(connection, person, place, site.clock())
-    return _trial(site.material, person, found, current)
+    return _trial(site.material, person, found)
 
 
 @router.post("/trials/{place}/watched", dependencies=[OUR_SCRIPT])
 def watched(request: Request, site: TheSite, place: Number, body: Watched) -> dict[str, Any]:
     """Note that both clips have been watched to their end."""
     del body  # when that was by the page's clock comes again with the answer
-    with site.database.write() as connection:
+    with site.database.write(at_once=False) as connection:  # the answer brings it to the disk
         person = find(connection, session_token(request), to_write=True)
         mark_watched(connection, person, site.material, place, site.clock())
     return {"watched": True}
@@ -83,7 +82,7 @@ def answer(request: Request, site: TheSite, place: Number, body: AnswerForm) -> 
     }
 
 
-def _trial(material: Material, person: Participant, at: Place, current: int) -> dict[str, Any]:
+def _trial(material: Material, person: Participant, at: Place) -> dict[str, Any]:
     left, right = material.sides(at.trial)
     practising = at.trial.kind == "practice"
     before, of = (
@@ -95,7 +94,7 @@ def _trial(material: Material, person: Participant, at: Place, current: int) -> 
     return {
         "place": at.place,
         "trials": material.trials,
-        "current": current,
+        "current": at.current,
         "phase": "practice" if practising else "comparison",
         "number": at.place - before + 1,
         "of": of,
