@@ -207,7 +207,8 @@ def main() -> None:
         Console(stderr=True, soft_wrap=True).print(f"polite: {error}", markup=False)
         sys.exit(2)
     except KeyboardInterrupt:
-        resumes = isinstance(command, Replicate | Train | Benchmark | Highlights)
+        what = command.command if isinstance(command, Study) else command
+        resumes = isinstance(what, Replicate | Train | Benchmark | Highlights | New)
         hint = "; go on with --resume" if resumes else ""
         Console(stderr=True).print(f"polite: stopped{hint}")
         sys.exit(130)

@@ -9,7 +9,7 @@ from polite.experiments.runner import make_progress
 from polite.experiments.study_pool import demo_folder, study_pool
 from polite.experiments.study_template import fill_template
 from polite.files import read_json_object, write_atomically
-from polite.study.clips import load_clips, prepare_clips
+from polite.study.clips import check_source, load_clips, prepare_clips
 from polite.study.design import FILE, Design, parse_design, read_design
 from polite.study.folder import StudyFolder, check_design
 from polite.study.video import check_ffmpeg
@@ -73,7 +73,9 @@ def _contents(config: NewStudyConfig) -> tuple[Feedback, str]:
         people, pairs = config.participants or _PEOPLE, config.comparisons or _PAIRS
         feedback = study_pool(config, people * pairs)
         text = fill_template(feedback, config.env, people, pairs, config.seed, config.recorded)
-    check_design(parse_design(text), feedback)
+    design = parse_design(text)
+    check_design(design, feedback)
+    check_source(config.folder, design, feedback)
     return feedback, text
 
 

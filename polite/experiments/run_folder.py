@@ -117,7 +117,7 @@ def _is_left_over(path: Path) -> bool:
 
 
 def _unusable(out: Path, error: OSError) -> str:
-    return f"{out} cannot be a run's folder ({system_says(error)}); give another --out"
+    return f"{out} cannot be a run's folder ({system_says(error)}); give another folder"
 
 
 def _check_seed(seed: object) -> None:
@@ -137,8 +137,8 @@ def _recognise(out: Path, marker: Path, run: dict[str, Any], resume: bool) -> No
         PoliteError: if not, with what to do.
     """
     if not resume:
-        raise PoliteError(f"{out} is not empty; give another --out, or --resume to go on there")
+        raise PoliteError(f"{out} is not empty; give another folder, or --resume to go on there")
     if not marker.exists():
-        raise PoliteError(f"{out} holds no run to go on with; give another --out")
-    if read_json_object(marker, "restore it, or give another --out") != run:
-        raise PoliteError(f"{out} holds a run with other settings; give another --out")
+        raise PoliteError(f"{out} holds no run to go on with; give another folder")
+    if read_json_object(marker, "restore it, or give another folder") != run:
+        raise PoliteError(f"{out} holds a run with other settings; give another folder")

@@ -9,6 +9,7 @@ from pathlib import Path
 from string import Template
 from typing import Any, Final
 
+import gymnasium as gym
 import numpy as np
 
 from polite.dataset import Feedback
@@ -17,11 +18,6 @@ from polite.types import PoliteError, SegmentPool
 PRACTICE: Final = 2
 """Practice pairs."""
 CORRIDOR: Final = "socialnav_env:SocialCorridor-v0"
-LOOKS: Final[dict[str, dict[str, Any]]] = {
-    CORRIDOR: {"render_width": 480, "camera": "robot"},
-    "SocialCorridor-v0": {"render_width": 480, "camera": "robot"},
-}
-"""How an env is drawn; MuJoCo's own settings are fine."""
 _LONGEST_HIGHLIGHT: Final = 10
 
 
@@ -62,7 +58,7 @@ def fill_template(
     source = resources.files("polite.experiments").joinpath("study_template.toml")
     return Template(source.read_text(encoding="utf-8")).substitute(
         env=json.dumps(env),
-        env_settings=_inline(LOOKS.get(env, {})),
+        env_settings=_inline(_look(env)),
         recorded=f"recorded = {json.dumps(str(recorded.resolve()))}\n" if recorded else "",
         seed=seed,
         participants=participants,
@@ -129,6 +125,15 @@ def _practice(pair: tuple[int, int, str]) -> str:
         'explanation = "Most people prefer the clip in which the robot gets on with its task '
         'and does no harm."\n\n'
     )
+
+
+def _look(env: str) -> dict[str, Any]:
+    """Settings by which an env draws clips that are large enough, and fast to load."""
+    if env == CORRIDOR:
+        return {"render_width": 480, "camera": "robot"}
+    known = gym.registry.get(env.rpartition(":")[2])
+    is_mujoco = known is not None and "mujoco" in str(known.entry_point)
+    return {"width": 320, "height": 240} if is_mujoco else {}
 
 
 def _inline(settings: dict[str, Any]) -> str:

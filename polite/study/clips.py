@@ -99,6 +99,21 @@ def prepare_clips(
     _write_index(folder, made)
 
 
+def check_source(folder: Path, design: Design, feedback: Feedback) -> None:
+    """Check that clips can be made: all recordings are there, or a state can be drawn.
+
+    Raises:
+        ClipError: A recorded clip is missing.
+        PoliteError: The env cannot be drawn.
+        ShapeError: The states are another env's.
+    """
+    first, *_ = used = used_segments(design, feedback)
+    clip_names(folder, design, feedback, used)
+    if not design.recorded:
+        with renderer(design.env, **design.env_settings) as (render, _):
+            frames_of(feedback.pool[first].states[:1], render)
+
+
 def clip_names(
     folder: Path, design: Design, feedback: Feedback, segments: list[int]
 ) -> dict[int, str]:
@@ -109,7 +124,7 @@ def clip_names(
     """
     how = [ENCODING, STRIP_FRAMES, STRIP_WIDTH]
     if design.recorded:
-        recorded = folder / design.recorded
+        recorded = _recorded(folder, design)
         return {i: _digest(how, sha256(_recording(recorded, i)).encode()) for i in segments}
     drawn = [*how, design.env, design.env_settings]
     return {i: _digest(drawn, feedback.pool[i].states.tobytes()) for i in segments}
@@ -195,11 +210,16 @@ def _write_index(folder: Path, made: dict[int, Clip]) -> None:
 def _pictures(folder: Path, design: Design, feedback: Feedback) -> Iterator[Pictures]:
     """Where the frames come from."""
     if design.recorded:
-        yield lambda index: read_video(_recording(folder / design.recorded, index))
+        yield lambda index: read_video(_recording(_recorded(folder, design), index))
         return
     with renderer(design.env, **design.env_settings) as (render, steps_per_second):
         fps = min(FASTEST, steps_per_second)
         yield lambda index: (frames_of(feedback.pool[index].states, render), fps)
+
+
+def _recorded(folder: Path, design: Design) -> Path:
+    """Where the recorded clips are; the study's folder need not be there yet."""
+    return (folder / design.recorded).resolve()
 
 
 def _recording(recorded: Path, index: int) -> Path:

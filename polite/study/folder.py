@@ -145,8 +145,8 @@ def check_design(design: Design, feedback: Feedback) -> None:
     if found < wanted:
         raise StudyFolderError(
             f"expected {wanted} comparisons ({design.participants} participants x "
-            f"{design.comparisons}), found {found}; ask for fewer, or make a study from a pool "
-            "with more"
+            f"{design.comparisons}), found {found}; ask for fewer of either, or make a study "
+            "from a pool with more"
         )
     _check_segments(design, len(feedback.pool))
     for which in ("good", "bad"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Final
 
@@ -124,22 +125,29 @@ def read_video(path: Path) -> tuple[Frames, float]:
     Raises:
         PoliteError: It cannot be read, or does not say how fast it plays.
     """
-    moving_picture = path.suffix == ".gif"
-    plugin = "pillow" if moving_picture else "FFMPEG"
     try:
-        meta = iio.immeta(path, plugin=plugin)
-        # Without passthrough ffmpeg would repeat and drop frames of a video with an uneven pace.
-        settings = (
-            {"mode": "RGB"} if moving_picture else {"output_params": ["-fps_mode", "passthrough"]}
-        )
-        frames = np.asarray(iio.imread(path, plugin=plugin, index=None, **settings))
-        fps = 1000.0 / meta["duration"] if moving_picture else float(meta["fps"])
+        with warnings.catch_warnings():
+            # imageio-ffmpeg leaves ffmpeg's pipes to the garbage collector.
+            warnings.simplefilter("ignore", ResourceWarning)
+            frames, fps = _read_gif(path) if path.suffix == ".gif" else _read_film(path)
     except (OSError, ValueError, KeyError, ZeroDivisionError, IndexError, RuntimeError) as error:
         raise PoliteError(
             f"{path}: expected a video or an animated GIF ({_last_line(error)}); record it again"
         ) from error
-    frames = frames[None] if frames.ndim == 3 else frames
     return frames, min(FASTEST, fps)
+
+
+def _read_gif(path: Path) -> tuple[Frames, float]:
+    frames = np.asarray(iio.imread(path, plugin="pillow", index=None, mode="RGB"))
+    fps = 1000.0 / iio.immeta(path, plugin="pillow")["duration"]
+    return frames[None] if frames.ndim == 3 else frames, fps
+
+
+def _read_film(path: Path) -> tuple[Frames, float]:
+    # Otherwise ffmpeg would repeat and drop frames of a video with an uneven pace.
+    every = ["-fps_mode", "passthrough"]
+    frames = np.asarray(iio.imread(path, plugin="FFMPEG", index=None, output_params=every))
+    return frames, float(iio.immeta(path, plugin="FFMPEG")["fps"])
 
 
 def _last_line(error: Exception) -> str:

@@ -86,7 +86,7 @@ def test_a_system_that_refuses_is_a_one_line_error(
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "exists", refuse)
-        with pytest.raises(PoliteError, match=r"Permission denied.*another --out"):
+        with pytest.raises(PoliteError, match=r"Permission denied.*another folder"):
             claim_folder(tmp_path / "run", RUN, False)
     monkeypatch.setattr(Path, "mkdir", refuse)
     assert "Permission denied" in refusal(tmp_path / "run", RUN, False)
