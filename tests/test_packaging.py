@@ -32,6 +32,9 @@ def names(tmp_path_factory):
         "polite/py.typed",
         "polite/report/style.css",
         "polite/assets/corridor.png",
+        "polite/assets/study_demo/study.toml",
+        "polite/assets/study_demo/pool/segments.npz",
+        "polite/experiments/study_template.toml",
         "polite/cli.py",
     ],
 )
