@@ -160,6 +160,8 @@ def store_answer(
         RefusedError: It is not an answer to this trial, or another page has answered it meanwhile.
     """
     earlier = _same_submission(connection, person, form)
+    if earlier is not None and earlier.place != place:
+        raise RefusedError(422, "submission: expected a new one for another comparison.")
     if earlier is not None:
         seen = _trial(_trial_row(connection, person, earlier.place))
         current = current_place(connection, person)

@@ -35,7 +35,7 @@ class Invitation:
     cap: int
     """How many may join by it."""
     used: int
-    """How many have."""
+    """How many have, those included who withdrew."""
 
     @property
     def kind(self) -> str:
@@ -64,7 +64,7 @@ def invite(connection: Connection, links: int, cap: int, now: float) -> list[Inv
         if not 1 <= value <= MOST:
             raise InvalidValueError(f"{name}: expected 1 to {MOST:,}, got {value}")
     made = [Invitation(secrets.token_urlsafe(16), cap, 0) for _ in range(links)]
-    rows = [{"token": each.token, "cap": cap, "created": now} for each in made]
+    rows = [{"token": each.token, "cap": cap, "withdrawn": 0, "created": now} for each in made]
     connection.execute(insert(schema.invitations), rows)
     return made
 
@@ -72,11 +72,11 @@ def invite(connection: Connection, links: int, cap: int, now: float) -> list[Inv
 def list_invitations(connection: Connection) -> list[Invitation]:
     """All links, the oldest first."""
     table, people = schema.invitations, schema.participants
-    used = func.count(people.c.number)
+    used = func.count(people.c.number) + table.c.withdrawn
     rows = connection.execute(
         select(table.c.token, table.c.cap, used)
         .outerjoin(people, people.c.invitation == table.c.token)
-        .group_by(table.c.token, table.c.cap, table.c.created)
+        .group_by(table.c.token, table.c.cap, table.c.withdrawn, table.c.created)
         .order_by(table.c.created, table.c.token)
     )
     return [Invitation(*row) for row in rows]

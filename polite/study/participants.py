@@ -69,16 +69,21 @@ def invitation_is_open(connection: Connection, invitation: str) -> bool:
     Raises:
         RefusedError: There is no such invitation.
     """
-    cap = connection.scalar(
-        select(schema.invitations.c.cap).where(schema.invitations.c.token == invitation)
+    table, people = schema.invitations, schema.participants
+    free = connection.scalar(
+        select(table.c.cap - table.c.withdrawn).where(table.c.token == invitation)
     )
-    if cap is None:
+    if free is None:
         raise RefusedError(404, "This invitation is not known. Please check the link.")
-    people = schema.participants
-    used = connection.scalar(
+    here = connection.scalar(
         select(func.count()).select_from(people).where(people.c.invitation == invitation)
     )
-    return int(used or 0) < int(cap)
+    return int(here or 0) < int(free)
+
+
+def new_token() -> str:
+    """The token of a session; the database keeps its checksum only."""
+    return secrets.token_urlsafe(32)
 
 
 def join(
@@ -86,9 +91,19 @@ def join(
     design: Design,
     invitation: str,
     identities: Mapping[str, str],
+    token: str,
     now: float,
-) -> str:
-    """Take somebody in who has consented; returns their session's token, which is kept nowhere.
+) -> None:
+    """Take somebody in who has consented.
+
+    Args:
+        connection: The transaction.
+        design: The study.
+        invitation: By which they come.
+        identities: What a panel calls them.
+        token: Their session's. Who has joined with it is not taken in again: a form may be sent
+            twice, and the answer to the first be lost.
+        now: The server's time.
 
     Raises:
         RefusedError: The invitation is unknown or used up.
@@ -96,9 +111,12 @@ def join(
     sha = record_design(connection, design, now)
     # One at a time, or two could be given the same place in the balance or an invitation's last.
     connection.execute(select(schema.designs).where(schema.designs.c.sha == sha).with_for_update())
+    people = schema.participants
+    joined = select(people.c.number).where(people.c.session == hashed(token))
+    if connection.execute(joined).one_or_none() is not None:
+        return
     if not invitation_is_open(connection, invitation):
         raise RefusedError(410, "This invitation has been used. Thank you for your interest.")
-    token = secrets.token_urlsafe(32)
     row = {
         "session": hashed(token),
         "code": _new_code(),
@@ -112,7 +130,6 @@ def join(
         "last_seen": now,
     }
     taken = _taken(connection, now)
-    people = schema.participants
     number = connection.execute(insert(people).values(row).returning(people.c.number)).scalar_one()
     condition, block = choose(design, number, taken)
     connection.execute(
@@ -121,7 +138,6 @@ def join(
     _insert_all(connection, schema.trials, _trial_rows(design, number, block))
     names = [{"participant": number, "name": n, "value": v} for n, v in identities.items()]
     _insert_all(connection, schema.identities, names)
-    return token
 
 
 def find(connection: Connection, token: str, *, to_write: bool = False) -> Participant:
@@ -158,14 +174,20 @@ def advance(connection: Connection, person: Participant, design: Design, now: fl
 
 def withdraw(connection: Connection, code: str, now: float) -> bool:
     """Delete everything of the participant whose code this is; whether there was one."""
-    people = schema.participants
-    cleaned = clean_code(code)
-    row = connection.execute(select(people).where(people.c.code == cleaned)).one_or_none()
+    people, invitations = schema.participants, schema.invitations
+    # An answer that is being stored now must be there to be deleted.
+    found = select(people).where(people.c.code == clean_code(code)).with_for_update()
+    row = connection.execute(found).one_or_none()
     if row is None:
         return False
     for table in (schema.answers, schema.questionnaires, schema.trials, schema.identities):
         connection.execute(table.delete().where(table.c.participant == row.number))
     connection.execute(people.delete().where(people.c.number == row.number))
+    connection.execute(
+        update(invitations)
+        .where(invitations.c.token == row.invitation)
+        .values(withdrawn=invitations.c.withdrawn + 1)
+    )
     connection.execute(
         insert(schema.withdrawals).values(condition=row.condition, stage=row.stage, at=now)
     )

@@ -37,6 +37,7 @@ invitations = Table(
     metadata,
     Column("token", String(64), primary_key=True),
     Column("cap", Integer, nullable=False),  # how many people may join by it
+    Column("withdrawn", Integer, nullable=False),  # how many of them are not among us any more
     Column("created", Double, nullable=False),
 )
 
@@ -83,7 +84,7 @@ answers = Table(
     "answers",
     metadata,
     Column("id", Integer, primary_key=True, autoincrement=True),
-    Column("submission", String(36), nullable=False, unique=True),
+    Column("submission", String(36), nullable=False),
     Column("participant", Integer, nullable=False),
     Column("place", Integer, nullable=False),
     Column("revision", Integer, nullable=False),
@@ -99,6 +100,7 @@ answers = Table(
     Column("replays", Integer, nullable=False),
     ForeignKeyConstraint(["participant", "place"], ["trials.participant", "trials.place"]),
     UniqueConstraint("participant", "place", "revision"),
+    UniqueConstraint("participant", "submission"),
 )
 
 questionnaires = Table(

@@ -20,6 +20,7 @@ from polite.study.participants import (
     hashed,
     invitation_is_open,
     join,
+    new_token,
 )
 from polite.study.questionnaire import read_form, store_questionnaire
 from polite.study.web.site import (
@@ -55,14 +56,16 @@ def follow_invitation(request: Request, site: TheSite, invitation: Token) -> Res
 
     Nobody is stored yet: programs that look at links in advance must not use invitations up.
     """
-    if request.session.get("invitation") == invitation and "participant" in request.session:
+    session = request.session
+    if session.get("invitation") != invitation:
+        with site.database.read() as connection:
+            if not invitation_is_open(connection, invitation):
+                raise RefusedError(410, "This invitation has been used already.")
+        session.clear()
+        session.update(invitation=invitation, joining=new_token())
+    elif "participant" in session:
         return to("/")
-    with site.database.read() as connection:
-        if not invitation_is_open(connection, invitation):
-            raise RefusedError(410, "This invitation has been used already.")
-    request.session.clear()
-    request.session["invitation"] = invitation
-    request.session["identities"] = panel_identities(request.query_params)
+    session["identities"] = panel_identities(request.query_params)
     return to("/consent")
 
 
@@ -91,11 +94,10 @@ def give_consent(
         error = "Please tick the box if you agree; without it you cannot take part."
         return page(request, "consent.html", 422, error=error)
     session = request.session
+    invitation, token = session["invitation"], session["joining"]
     with site.database.write() as connection:
-        token = join(
-            connection, site.design, session["invitation"], session["identities"], site.clock()
-        )
-    session["participant"] = token
+        join(connection, site.design, invitation, session["identities"], token, site.clock())
+    session["participant"] = session.pop("joining")
     session.pop("identities")
     return to("/")
 

@@ -32,6 +32,7 @@ def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(ElsewhereError, _elsewhere)
     app.add_exception_handler(NotStoredError, _not_stored)
     app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(UnicodeEncodeError, _no_text)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(Exception, _unexpected)
 
@@ -58,7 +59,8 @@ def problem(
 def refusal(request: Request, error: RefusedError) -> Response:
     """The answer to a request that we refuse."""
     if error.status in (401, 410) and "participant" in request.session:
-        request.session.pop("participant")  # of somebody who has withdrawn
+        for name in ("participant", "invitation"):  # of somebody who has withdrawn
+            request.session.pop(name, None)
     return problem(request, error.status, error.message, error.more)
 
 
@@ -81,7 +83,13 @@ def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     where = ".".join(str(part) for part in first["loc"][1:]) or "request"
-    return problem(request, 422, f"{where}: {one_line(Exception(first['msg']))}")
+    message = f"{where}: {one_line(Exception(first['msg']))}"
+    return problem(request, 422, message.encode(errors="replace").decode())
+
+
+def _no_text(request: Request, error: Exception) -> Response:
+    del error  # JSON can hold halves of characters, which nothing can store or send back
+    return problem(request, 422, "Expected text that consists of whole characters.")
 
 
 def _http(request: Request, error: Exception) -> Response:

@@ -62,12 +62,17 @@ class ElsewhereError(Exception):
         self.url = url
 
 
+# What every request depends on is asynchronous: FastAPI sends the other kind through a thread.
+async def _the_site(request: Request) -> Site:
+    return _site(request)
+
+
 def _site(request: Request) -> Site:
     site: Site = request.app.state.site
     return site
 
 
-TheSite = Annotated[Site, Depends(_site)]
+TheSite = Annotated[Site, Depends(_the_site)]
 
 
 def csrf_token(request: Request) -> str:
@@ -89,11 +94,13 @@ def check_csrf(request: Request, seen: str) -> None:
         raise RefusedError(403, "This page has become too old. Please load it again.")
 
 
-def _from_form(request: Request, csrf: Annotated[str, Form(max_length=100)]) -> None:
+async def _from_form(request: Request, csrf: Annotated[str, Form(max_length=100)] = "") -> None:
     check_csrf(request, csrf)
 
 
-def _from_header(request: Request, x_csrf_token: Annotated[str, Header(max_length=100)]) -> None:
+async def _from_header(
+    request: Request, x_csrf_token: Annotated[str, Header(max_length=100)] = ""
+) -> None:
     check_csrf(request, x_csrf_token)
 
 

@@ -94,7 +94,7 @@ def test_forty_threads_find_a_connection(database):
     def use(index: int) -> None:
         together.wait()
         with database.write() as connection:
-            row = {"token": str(index), "cap": 1, "created": 0.0}
+            row = {"token": str(index), "cap": 1, "withdrawn": 0, "created": 0.0}
             connection.execute(schema.invitations.insert().values(row))
         with database.read() as connection:
             assert connection.execute(select(schema.invitations)).first()

@@ -25,6 +25,7 @@ def upgrade() -> None:
         "invitations",
         sa.Column("token", sa.String(length=64), nullable=False),
         sa.Column("cap", sa.Integer(), nullable=False),
+        sa.Column("withdrawn", sa.Integer(), nullable=False),
         sa.Column("created", sa.Double(), nullable=False),
         sa.PrimaryKeyConstraint("token"),
     )
@@ -127,5 +128,5 @@ def upgrade() -> None:
         ),
         sa.PrimaryKeyConstraint("id"),
         sa.UniqueConstraint("participant", "place", "revision"),
-        sa.UniqueConstraint("submission"),
+        sa.UniqueConstraint("participant", "submission"),
     )
