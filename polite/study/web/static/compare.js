@@ -35,6 +35,7 @@ const outbox = new Outbox(store, {
   through: clearPending,
 });
 
+const highlights = document.getElementById("highlight"); // not on everybody's page
 const steps = {
   choice: new ChoiceStep(document.getElementById("choice"), store, {
     watched,
@@ -43,7 +44,10 @@ const steps = {
     move: (by) => go(trial.place + by),
     broken,
   }),
-  highlight: new HighlightStep(document.getElementById("highlight"), store, {
+  feedback: new FeedbackStep(document.getElementById("feedback"), () => go(following)),
+};
+if (highlights)
+  steps.highlight = new HighlightStep(highlights, store, {
     changed: (kept) => keep({ marks: kept }),
     confirmed: (marks) => answer(marks),
     left: () => {
@@ -51,9 +55,7 @@ const steps = {
       enter("choice");
     },
     broken,
-  }),
-  feedback: new FeedbackStep(document.getElementById("feedback"), () => go(following)),
-};
+  });
 
 let trial = null;
 let draft = null;

@@ -1,0 +1,94 @@
+"""Every page and step as a checker of accessibility sees it, on a desk and on a narrow phone."""
+
+import pytest
+from axe_playwright_python.sync_playwright import Axe
+from browsers import a_browser, a_served_study, a_visit, needs_browser  # noqa: F401
+from playwright.sync_api import expect
+from visitors import Visitor
+
+pytestmark = needs_browser
+DESKTOP = {"viewport": {"width": 1280, "height": 800}}
+NARROW = {"viewport": {"width": 320, "height": 640}, "has_touch": True, "is_mobile": True}
+TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+TOO_SMALL = """
+[...document.querySelectorAll("button, .button, .radio, input[type=range], [role=slider]")]
+  .filter((element) => element.checkVisibility())
+  .map((element) => [element.textContent.trim(), element.getBoundingClientRect()])
+  .filter(([, box]) => box.height < 43.5 || box.width < 43.5)
+  .map(([text, box]) => `${text}: ${box.width} x ${box.height}`)
+"""
+
+
+def check(page):
+    """No violation, nothing wider than the window, nothing too small for a finger."""
+    found = Axe().run(page).response["violations"]
+    assert not [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]
+    assert page.evaluate(TOO_WIDE) <= 0
+    assert not page.evaluate(TOO_SMALL)
+
+
+@pytest.mark.parametrize("screen", [DESKTOP, NARROW], ids=["desktop", "narrow"])
+def test_participants_pages(visit, served, screen):
+    visitor = Visitor(visit(**screen), served)
+    page = visitor.page
+    page.goto("/")
+    check(page)
+    page.goto(served.invitation())
+    check(page)
+    visitor.begin("polite")
+    check(page)
+    visitor.choose("left")
+    visitor.heading("What stands out")
+    check(page)
+    for name, share in (("Good", 0.2), ("Bad", 0.5)):
+        visitor.button(f"{name} passage").click()
+        visitor.touch_timeline(share, page.mouse.click)
+    page.locator("#keys summary").dispatch_event("click")
+    check(page)
+    visitor.button("Confirm").click()
+    visitor.heading("Most people")
+    check(page)
+    number = visitor.record.number
+    served.put_at(number, "guide")
+    page.goto("/guide")
+    check(page)
+    served.put_at(number, "questions")
+    page.goto("/questions")
+    check(page)
+    visit.expected += ["422", "404"]
+    visitor.button("Send and finish").click()
+    visitor.heading("A few questions")
+    check(page)
+    served.put_at(number, "done")
+    page.goto("/thanks")
+    check(page)
+    page.goto("/nowhere")
+    check(page)
+    page.goto("/withdraw")
+    check(page)
+    page.get_by_label("Your withdrawal code").fill(visitor.record.code)
+    visitor.button("Go on").click()
+    visitor.heading("Delete all")
+    check(page)
+    visitor.button("Delete my answers").click()
+    visitor.heading("Your answers are deleted")
+    check(page)
+
+
+@pytest.mark.parametrize("screen", [DESKTOP, NARROW], ids=["desktop", "narrow"])
+def test_researchers_pages(visit, served, screen):
+    visitor = Visitor(visit(**screen), served)
+    page = visitor.page
+    page.goto("/researcher")
+    check(page)
+    page.get_by_label("Token").fill(served.folder.secrets.researcher_token)
+    visitor.button("Log in").click()
+    visitor.heading("The study so far")
+    check(page)
+    page.get_by_label("How many people").fill("3")
+    visitor.button("Make them").click()
+    links = page.get_by_role("rowheader", name=f"{served.base}/join/")
+    expect(links).to_have_count(3)
+    check(page)
+    visitor.button("Log out").click()
+    visitor.heading("For the researcher")
