@@ -179,9 +179,9 @@ def test_who_people_are_can_be_written_apart(world, tmp_path):
 
 @pytest.mark.parametrize(("links", "cap"), [(0, 1), (1, 0), (10_001, 1), (1, 10_001), (-1, 1)])
 def test_invitations_have_limits(world, links, cap):
-    with pytest.raises(InvalidValueError, match=r"expected 1 to 10,000"):
-        with world.database.write() as connection:
-            invite(connection, links, cap, 0.0)
+    wrong = pytest.raises(InvalidValueError, match=r"expected 1 to 10,000")
+    with wrong, world.database.write() as connection:
+        invite(connection, links, cap, 0.0)
     assert row_counts(world.database)["invitations"] == 0
 
 
