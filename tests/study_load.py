@@ -99,20 +99,23 @@ def measure(
 def _one_level(served: ServedStudy, invitation: str, participants: int) -> dict[str, Any]:
     before, began = _processor_seconds(served.pid), time.monotonic()
     done = subprocess.run(
-        [sys.executable, __file__, served.base, invitation, str(participants)],
+        [sys.executable, __file__, served.base, invitation, str(participants), str(WINDOW)],
         stdout=subprocess.PIPE,
         check=True,
         env=os.environ | {"PYTHONPATH": str(Path(__file__).parent)},
     )
-    busy = (_processor_seconds(served.pid) - before) / (time.monotonic() - began)
+    busy = _processor_seconds(served.pid) - before
     row: dict[str, Any] = json.loads(done.stdout)
-    row["server_cores"] = round(busy, 2)
+    row["server_cores"] = round(busy / (time.monotonic() - began), 2)
+    row["server_ms_per_request"] = round(1000.0 * busy / row["requests"], 2)
     row["server_megabytes"] = round(sum(map(_megabytes, _group(served.pid))), 1)
     print(row, flush=True)
     return row
 
 
-async def put_under_load(base: str, invitation: str, participants: int) -> dict[str, Any]:
+async def put_under_load(
+    base: str, invitation: str, participants: int, window: float
+) -> dict[str, Any]:
     """Let participants join one after the other, then measure while all of them answer."""
     exchanges: list[Exchange] = []
     robots = []
@@ -133,7 +136,7 @@ async def put_under_load(base: str, invitation: str, participants: int) -> dict[
         await asyncio.sleep(SETTLE)
         started = sum(bool(robot.answers) for robot in robots)
         start = time.monotonic()
-        await asyncio.sleep(WINDOW)
+        await asyncio.sleep(window)
         end = time.monotonic()
         await asyncio.sleep(max(THINK))  # what was sent before the end is answered by now
         assert not any(task.done() for task in tasks), "too few comparisons for this long"
@@ -141,7 +144,8 @@ async def put_under_load(base: str, invitation: str, participants: int) -> dict[
             task.cancel()
     rows = summary([each for each in exchanges if start <= each.began < end], end - start)
     failed = Counter(str(each.status) for each in exchanges if not 200 <= each.status < 400)
-    return {"participants": participants, "started": started, **rows, "errors": dict(failed)}
+    counts = {"started": started, "requests": len(exchanges), "errors": dict(failed)}
+    return {"participants": participants, **rows, **counts}
 
 
 def summary(exchanges: list[Exchange], seconds: float) -> dict[str, Any]:
@@ -193,5 +197,5 @@ def _megabytes(process: int) -> float:
 
 
 if __name__ == "__main__":
-    address, link, count = sys.argv[1:]
-    print(json.dumps(asyncio.run(put_under_load(address, link, int(count)))))
+    address, link, count, window = sys.argv[1:]
+    print(json.dumps(asyncio.run(put_under_load(address, link, int(count), float(window)))))

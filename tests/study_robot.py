@@ -156,7 +156,7 @@ class Robot:
             place = following
 
     async def _answer(self, place: int) -> tuple[int | None, bool]:
-        """Look at a comparison and answer it; the next place, and whether this was a phase's last."""
+        """Look at a comparison and answer it; the next place, and whether a phase ends here."""
         path = f"/api/trials/{place}"
         reply = await self._until_reply("trial", "GET", path)
         if reply.status_code == 409:  # the last reply was lost, and nothing is left to compare

@@ -79,12 +79,15 @@ def _serve_files(app: FastAPI, folder: StudyFolder) -> None:
     """Serve our scripts and styles, and the study's clips by their names."""
     app.mount("/static", StaticFiles(directory=HERE / "static"), name="static")
     files = {
-        path.name: path for clip in folder.clips.values() for path in clip_files(folder.path, clip)
+        path.name: (path, path.stat())  # now, or each request would do it in a thread
+        for clip in folder.clips.values()
+        for path in clip_files(folder.path, clip)
     }
 
     @app.get("/clips/{name}")
-    def clip(name: Annotated[str, PathParameter(max_length=100)]) -> Response:
+    async def clip(name: Annotated[str, PathParameter(max_length=100)]) -> Response:
         """A clip or its film strip; no name leads anywhere else."""
         if name not in files:
             raise RefusedError(404, "There is no such clip.")
-        return FileResponse(files[name], headers={"Cache-Control": FOREVER})
+        path, facts = files[name]
+        return FileResponse(path, headers={"Cache-Control": FOREVER}, stat_result=facts)

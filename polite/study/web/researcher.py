@@ -16,7 +16,7 @@ from polite.study.summary import summarise
 from polite.study.web.site import OUR_FORM, TheSite, fingerprint, is_researcher, page, to
 
 
-def _only_researcher(request: Request) -> None:
+async def _only_researcher(request: Request) -> None:
     """Keep everybody else out.
 
     Raises:
