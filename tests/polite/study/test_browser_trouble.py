@@ -164,3 +164,34 @@ def test_withdrawal_deletes_everything(visit, served):
     visitor.heading("You have withdrawn")
     assert not served.answers(number)
     assert not visitor.page.evaluate("Object.keys(localStorage).length")
+
+
+def test_a_clip_that_does_not_come_is_asked_for_again(visit, served):
+    visit.expected += ["ERR_FAILED"]
+    visitor = Visitor(visit(), served)
+    page = visitor.page
+    visitor.begin("baseline")
+    page.route("**/clips/*.mp4", lambda route: route.abort())
+    page.reload()
+    expect(page.get_by_role("alert")).to_have_text("A clip could not be loaded. Trying again.")
+    expect(visitor.button("Equal")).to_be_disabled()
+    page.unroute_all()
+    visitor.practise()
+
+
+def test_what_was_watched_waits_for_the_server_too(visit, served):
+    visit.expected += ["ERR_FAILED"]
+    visitor = Visitor(visit(), served)
+    page = visitor.page
+    visitor.begin("baseline")
+    visitor.practise()
+    page.route("**/watched", lambda route: route.abort())
+    pending = page.locator("#pending")
+    expect(pending).to_contain_text("That you have watched both clips is not stored yet.")
+    visitor.choose("equal")
+    expect(pending).to_contain_text("Your answer is not stored yet.")
+    assert not visitor.answers
+    page.unroute_all()
+    pending.get_by_role("button", name="Try now").click()
+    visitor.at("Comparison 2 of 5")
+    assert [(row.place, row.choice) for row in visitor.answers] == [(1, "equal")]

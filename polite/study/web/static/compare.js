@@ -25,13 +25,7 @@ const ENDS = {
 };
 
 const outbox = new Outbox(store, {
-  waiting: (problem, seconds) =>
-    showPending(
-      "Your answer is not stored yet. It is kept on this page.",
-      problem,
-      seconds,
-      () => outbox.hurry(),
-    ),
+  waiting: (problem, seconds) => showPending(unsent(), problem, seconds, () => outbox.hurry()),
   through: clearPending,
 });
 
@@ -61,6 +55,14 @@ let trial = null;
 let draft = null;
 let current = null; // the step that is shown
 let following = null; // the place after the feedback
+
+/** What the server does not know yet. */
+function unsent() {
+  const answered = outbox.items.some(({ path }) => path.endsWith("/answers"));
+  return answered
+    ? "Your answer is not stored yet. It is kept on this page."
+    : "That you have watched both clips is not stored yet.";
+}
 
 /** Show a trial at its step; null is what comes after the comparisons. */
 async function go(place, focus = true) {

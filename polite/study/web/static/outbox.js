@@ -33,6 +33,7 @@ export class Outbox {
   send(id, path, body) {
     this.store.write("outbox", [...this.items, { id, path, body }]);
     const result = new Promise((resolve) => this.#results.set(id, resolve));
+    this.hurry(); // what was waiting and this go together
     this.flush();
     return result;
   }
