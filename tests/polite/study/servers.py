@@ -15,6 +15,7 @@ from pathlib import Path
 
 import psycopg
 import pytest
+from sites import Site
 
 from polite.study import schema
 from polite.study.database import Database, sqlite_url
@@ -185,3 +186,23 @@ def postgresql_database(postgresql_server):
 def database(request):
     """A migrated database without rows, of each kind that we support."""
     return request.getfixturevalue(f"{request.param}_database")
+
+
+@pytest.fixture
+def open_site(study_folder, request):
+    """Serve the study: `open_site(database, https=…)`."""
+    opened = []
+
+    def make(database, **settings) -> Site:
+        opened.append(Site(study_folder, database, **settings))
+        return opened[-1]
+
+    yield make
+    for site in opened:
+        site.close()
+
+
+@pytest.fixture
+def site(open_site, sqlite_database):
+    """The study on SQLite."""
+    return open_site(sqlite_database)
