@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
-from sqlalchemy import Connection, Row, Table, func, insert, select, update
+from sqlalchemy import Connection, Row, Table, bindparam, func, insert, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from polite.study import schema
@@ -24,6 +24,12 @@ from polite.study.stages import CONSENT, DONE, after
 
 STILL_HERE: Final = 3600.0
 """Somebody who was last seen longer ago [s] has dropped out as far as the balance is concerned."""
+
+_FIND: Final = select(schema.participants).where(
+    schema.participants.c.session == bindparam("session")
+)
+_FIND_TO_WRITE: Final = _FIND.with_for_update()
+"""Every request asks this, so it is put together once."""
 
 
 @dataclass(frozen=True)
@@ -151,9 +157,8 @@ def find(connection: Connection, token: str, *, to_write: bool = False) -> Parti
     Raises:
         RefusedError: There is none (any more).
     """
-    people = schema.participants
-    query = select(people).where(people.c.session == hashed(token))
-    row = connection.execute(query.with_for_update() if to_write else query).one_or_none()
+    query = _FIND_TO_WRITE if to_write else _FIND
+    row = connection.execute(query, {"session": hashed(token)}).one_or_none()
     if row is None:
         raise RefusedError(
             410, "Your answers have been deleted, so you are not in this study any more."

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import time
+from collections import defaultdict, deque
 from collections.abc import Callable
 from typing import Final
 
-from limits import RateLimitItem, parse
-from limits.storage import MemoryStorage
-from limits.strategies import MovingWindowRateLimiter
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -35,10 +34,11 @@ HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-GUESSES: Final = parse("20 per minute")
-"""From one address, of codes and of the researcher's token."""
-WRITES: Final = parse("600 per minute")
-"""By one participant; from one address where nobody is known."""
+MINUTE: Final = 60.0
+GUESSES: Final = 20
+"""Per minute from one address, of codes and of the researcher's token."""
+WRITES: Final = 600
+"""Per minute by one participant; from one address where nobody is known."""
 GUESSED: Final = ("/withdraw", "/researcher/login")
 
 Problem = Callable[[Request, RefusedError], ASGIApp]
@@ -65,6 +65,36 @@ class Headers:
         await self.app(scope, receive, send_with_headers)
 
 
+class LastMinute:
+    """What was counted in the last minute; for one thread."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        """Begin with nothing; the clock gives seconds."""
+        self._clock = clock
+        self._times: defaultdict[str, deque[float]] = defaultdict(deque)
+        self._swept = clock()
+
+    def count(self, who: str, limit: int) -> bool:
+        """Count something, unless `limit` of it have been counted; whether it was counted."""
+        now = self._clock()
+        self._sweep(now)
+        times = self._times[who]
+        while times and times[0] <= now - MINUTE:
+            times.popleft()
+        if len(times) >= limit:
+            return False
+        times.append(now)
+        return True
+
+    def _sweep(self, now: float) -> None:
+        """Forget those who have not been seen for a minute, or all visitors would be kept."""
+        if now - self._swept >= MINUTE:
+            self._swept = now
+            gone = [who for who, times in self._times.items() if times[-1] <= now - MINUTE]
+            for who in gone:
+                del self._times[who]
+
+
 class RateLimits:
     """Refuses requests that come too often."""
 
@@ -72,7 +102,7 @@ class RateLimits:
         """Wrap an application; must itself lie within the one that reads the session."""
         self.app = app
         self.problem = problem
-        self.limiter = MovingWindowRateLimiter(MemoryStorage())
+        self.recent = LastMinute()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or refuse it."""
@@ -96,6 +126,6 @@ class RateLimits:
         address = request.client.host if request.client else "unknown"
         guessed = request.url.path in GUESSED
         who = address if guessed else request.session.get("participant", address)
-        limit: RateLimitItem = GUESSES if guessed else WRITES
-        if not self.limiter.hit(limit, str(guessed), who):
+        limit = GUESSES if guessed else WRITES
+        if not self.recent.count(f"{guessed} {who}", limit):
             raise RefusedError(429, "That was too often. Please wait a minute and try again.")
