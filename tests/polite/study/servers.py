@@ -78,7 +78,7 @@ def _owner() -> dict:
 
 
 @contextmanager
-def _running(programs: Path, folder: Path, owner: dict):
+def _running(programs: Path, folder: Path, owner: dict, settings: tuple[str, ...] = QUICK):
     """Make a cluster in a folder and run it."""
     data, log = folder / "data", folder / "log"
 
@@ -97,8 +97,8 @@ def _running(programs: Path, folder: Path, owner: dict):
             raise RuntimeError(f"{program} failed: {said}")
 
     call("initdb", "-U", "postgres", "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
-    settings = " ".join(f"-c {setting}" for setting in QUICK)
-    options = f"-k {folder} -c listen_addresses='' {settings}"
+    given = " ".join(f"-c {setting}" for setting in settings)
+    options = f"-k {folder} -c listen_addresses='' {given}"
     call("pg_ctl", "start", "-w", "-l", str(log), "-o", options)
     try:
         yield PostgreSQL(folder)
@@ -109,6 +109,14 @@ def _running(programs: Path, folder: Path, owner: dict):
 @pytest.fixture(scope="session")
 def postgresql_server():
     """A server of this run's (of this worker's, if there are several); skips without PostgreSQL."""
+    with postgresql() as server:
+        _migrate(server)
+        yield server
+
+
+@contextmanager
+def postgresql(settings: tuple[str, ...] = QUICK):
+    """A server as long as it is needed; with no settings it is as safe as PostgreSQL is."""
     programs = _programs()
     if programs is None:
         pytest.skip("PostgreSQL is not installed (Debian: apt-get install postgresql)")
@@ -119,8 +127,7 @@ def postgresql_server():
     try:
         if owner:
             os.chown(folder, owner["user"], owner["group"])
-        with _running(programs, folder, owner) as server:
-            _migrate(server)
+        with _running(programs, folder, owner, settings) as server:
             yield server
     finally:
         shutil.rmtree(folder)
