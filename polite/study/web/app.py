@@ -8,6 +8,7 @@ from typing import Annotated, Final
 
 from fastapi import FastAPI
 from fastapi import Path as PathParameter
+from starlette.middleware.body_limit import RequestBodyLimitMiddleware
 from starlette.middleware.sessions import SessionMiddleware
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
@@ -19,12 +20,10 @@ from polite.study.folder import StudyFolder
 from polite.study.material import Material
 from polite.study.web import api, pages, researcher
 from polite.study.web.problems import handle_problems, refusal
-from polite.study.web.protection import Headers, RateLimits
+from polite.study.web.protection import LARGEST, Headers, Limits
 from polite.study.web.site import HERE, Site
 
 SESSION_DAYS: Final = 60
-LARGEST: Final = 256 * 1024
-"""Bytes of a request's body."""
 FOREVER: Final = "private, max-age=31536000, immutable"
 """A clip's name changes with its content."""
 
@@ -44,13 +43,7 @@ def create_app(
         https: Browsers reach it by https only, so cookies are sent by https only.
         clock: The server's time [s since the epoch].
     """
-    app = FastAPI(
-        title=folder.design.title,
-        docs_url=None,
-        redoc_url=None,
-        openapi_url=None,
-        max_body_size=LARGEST,
-    )
+    app = FastAPI(title=folder.design.title, docs_url=None, redoc_url=None, openapi_url=None)
     app.state.site = Site(
         folder=folder.path,
         material=Material(folder.design, folder.queries, folder.clips),
@@ -62,7 +55,8 @@ def create_app(
         app.include_router(part.router)
     _serve_files(app, folder)
     handle_problems(app)
-    app.add_middleware(RateLimits, problem=refusal)
+    app.add_middleware(RequestBodyLimitMiddleware, max_body_size=LARGEST)
+    app.add_middleware(Limits, problem=refusal)
     app.add_middleware(
         SessionMiddleware,
         secret_key=folder.secrets.session_key,

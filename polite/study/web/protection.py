@@ -1,4 +1,4 @@
-"""What every answer carries, and which requests are too many."""
+"""What every answer carries, and which requests are too large or too many."""
 
 from __future__ import annotations
 
@@ -34,6 +34,8 @@ HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+LARGEST: Final = 256 * 1024
+"""Bytes of a request's body."""
 MINUTE: Final = 60.0
 GUESSES: Final = 20
 """Per minute from one address, of codes and of the researcher's token."""
@@ -95,8 +97,11 @@ class LastMinute:
                 del self._times[who]
 
 
-class RateLimits:
-    """Refuses requests that come too often."""
+class Limits:
+    """Refuses requests that come too often, or that say that they are too large.
+
+    The framework stops reading those that do not say so.
+    """
 
     def __init__(self, app: ASGIApp, problem: Problem) -> None:
         """Wrap an application; must itself lie within the one that reads the session."""
@@ -111,6 +116,7 @@ class RateLimits:
             return
         request = Request(scope, receive)
         try:
+            _check_size(request)
             self._count(request)
         except RefusedError as error:
             await self.problem(request, error)(scope, receive, send)
@@ -129,3 +135,14 @@ class RateLimits:
         limit = GUESSES if guessed else WRITES
         if not self.recent.count(f"{guessed} {who}", limit):
             raise RefusedError(429, "That was too often. Please wait a minute and try again.")
+
+
+def _check_size(request: Request) -> None:
+    """Look at the size that a request announces.
+
+    Raises:
+        RefusedError: It is too large.
+    """
+    announced = request.headers.get("content-length", "")
+    if announced.isdecimal() and int(announced[:20]) > LARGEST:
+        raise RefusedError(413, "That was too long.")
