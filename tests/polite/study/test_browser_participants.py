@@ -67,7 +67,6 @@ def test_highlights_by_mouse(visit, served):
     visitor.choose("left")
     page.locator("[data-mark=good]").get_by_role("button", name="Mark here").click()
     visitor.button("Nothing stands out").click()
-    confirm.click()
 
     visitor.at("Comparison 3 of 5")
     visitor.choose("left")

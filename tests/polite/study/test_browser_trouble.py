@@ -64,7 +64,6 @@ def test_an_answer_can_be_changed(visit, served):
     visitor.choose("left")
     expect(visitor.window("Good")).to_have_attribute("aria-valuenow", "0")
     visitor.button("Nothing stands out").click()
-    visitor.button("Confirm").click()
     visitor.at("Comparison 3 of 5")
     visitor.button("Back to the previous comparison").click()
     visitor.at("Comparison 2 of 5")

@@ -129,11 +129,12 @@ export class HighlightStep {
     announce(`${name} passage cleared`);
   }
 
+  /** One act is enough: whoever pressed it by mistake goes back to this comparison. */
   #nothing() {
     this.previewing = false;
-    this.marks.toggleNothing();
+    this.marks.clearAll();
     this.#changed();
-    announce(this.marks.now.nothing ? "Nothing stands out" : "Taken back");
+    this.on.confirmed(this.marks.now);
   }
 
   #undo() {
@@ -166,7 +167,6 @@ export class HighlightStep {
     this.player.range = this.previewing ? [start, start + size - 1] : null;
     this.timeline.show();
     for (const name of NAMES) this.#showMark(name);
-    this.#button("nothing").setAttribute("aria-pressed", now.nothing);
     this.#button("undo").disabled = this.marks.past.length === 0;
     this.#button("confirm").disabled = !this.marks.complete;
     this.#text("confirm", this.marks.complete ? "" : "Mark a passage or say that nothing stands out.");

@@ -49,10 +49,9 @@ export class Marks {
     if (this.now[name] !== null) this.#change({ [name]: null, active: name });
   }
 
-  /** Nothing stands out; a second time takes it back. */
-  toggleNothing() {
-    if (this.now.nothing) this.#change({ nothing: false });
-    else this.#change({ good: null, bad: null, nothing: true });
+  /** Nothing stands out; takes the windows away. */
+  clearAll() {
+    this.#change({ good: null, bad: null, nothing: true });
   }
 
   undo() {
