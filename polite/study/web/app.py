@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from typing import Annotated, Final
 
-from anyio.to_thread import current_default_thread_limiter
 from fastapi import FastAPI
 from fastapi import Path as PathParameter
 from starlette.middleware.body_limit import RequestBodyLimitMiddleware
@@ -26,8 +24,6 @@ from polite.study.web.protection import LARGEST, Headers, Limits
 from polite.study.web.site import HERE, Site
 
 SESSION_DAYS: Final = 60
-THREADS: Final = 8
-"""Of each process; fewer than its connections to the database."""
 FOREVER: Final = "private, max-age=31536000, immutable"
 """A clip's name changes with its content."""
 
@@ -71,13 +67,6 @@ def create_app(
     )
     app.add_middleware(Headers)
     return app
-
-
-@asynccontextmanager
-async def _few_threads(app: FastAPI) -> AsyncIterator[None]:
-    """Let few requests be worked on at once: Python's threads would only wait for each other."""
-    current_default_thread_limiter().total_tokens = THREADS
-    yield
 
 
 def _serve_files(app: FastAPI, folder: StudyFolder) -> None:
