@@ -151,9 +151,16 @@ def sqlite_url(path: Path) -> str:
 def _engine(url: str, busy: float) -> Engine:
     try:
         sqlite = make_url(url).get_backend_name() == "sqlite"
+        if sqlite and make_url(url).database in (None, "", ":memory:"):
+            raise ArgumentError("without a file nothing would be kept")
         settings: dict[str, Any] = {"connect_args": {"timeout": busy}} if sqlite else {}
         engine = create_engine(
-            url, pool_size=CONNECTIONS, max_overflow=0, pool_pre_ping=not sqlite, **settings
+            url,
+            pool_size=CONNECTIONS,
+            max_overflow=0,
+            pool_timeout=busy,
+            pool_pre_ping=not sqlite,
+            **settings,
         )
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
         raise DatabaseError(

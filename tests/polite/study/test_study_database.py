@@ -1,5 +1,6 @@
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import pytest
 from alembic.autogenerate import compare_metadata
@@ -7,7 +8,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import inspect, select, text
 
 from polite.study import schema
-from polite.study.database import Database, DatabaseError, NotStoredError, sqlite_url
+from polite.study.database import CONNECTIONS, Database, DatabaseError, NotStoredError, sqlite_url
 
 pytest_plugins = ["servers"]
 
@@ -114,7 +115,22 @@ def test_sqlite_is_set_up_to_keep_what_it_confirms(sqlite_database):
     assert seen == {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "secure_delete": 1}
 
 
-@pytest.mark.parametrize("url", ["", "study.db", "nosuch://here", "sqlite+nosuch:///x"])
+def test_who_waits_for_a_connection_too_long_is_told_so(sqlite_path):
+    database = Database(sqlite_url(sqlite_path), busy=0.05)
+    with ExitStack() as held:
+        for _ in range(CONNECTIONS):
+            held.enter_context(database.read())
+        with pytest.raises(NotStoredError, match="QueuePool"), database.read():
+            pass
+    with database.read() as connection:
+        assert connection.execute(select(schema.designs)).all() == []
+    database.close()
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["", "study.db", "nosuch://here", "sqlite+nosuch:///x", "sqlite://", "sqlite:///:memory:"],
+)
 def test_a_url_that_is_none_is_refused(url):
     with pytest.raises(DatabaseError, match="expected a database's URL"):
         Database(url)

@@ -103,7 +103,7 @@ def test_answers(site, condition):
         return rows(site.database, schema.answers, participant=number, place=place)
 
     @given(changes(FIELDS, 3), st.sampled_from(["", "", "", *sorted(whole)]))
-    @settings(max_examples=200)
+    @settings(max_examples=120)
     def check(wrong, missing):
         before = stored()
         body = answer_body(**a_choice(visitor.person), revision=len(before)) | wrong
@@ -342,7 +342,7 @@ def test_everything_that_the_description_allows(site, stage):
 
         @given(operation.as_strategy())
         @settings(
-            max_examples=12,
+            max_examples=8,
             phases=[Phase.explicit, Phase.generate],
             suppress_health_check=list(HealthCheck),
         )
