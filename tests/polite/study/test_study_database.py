@@ -1,11 +1,14 @@
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from importlib.resources import files
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.migration import MigrationContext
-from sqlalchemy import inspect, select, text
+from sqlalchemy import MetaData, inspect, select, text
 
 from polite.study import schema
 from polite.study.database import CONNECTIONS, Database, DatabaseError, NotStoredError, sqlite_url
@@ -13,6 +16,51 @@ from polite.study.database import CONNECTIONS, Database, DatabaseError, NotStore
 pytest_plugins = ["servers"]
 
 DESIGN = {"sha": "a" * 64, "content": "{}", "first_used": 1.0}
+
+FIRST = {
+    "designs": DESIGN,
+    "invitations": {"token": "t", "cap": 2, "withdrawn": 1, "created": 1.0},
+    "participants": {
+        "number": 5,
+        "session": "s",
+        "code": "c",
+        "invitation": "t",
+        "condition": "polite",
+        "block": 3,
+        "design": "a" * 64,
+        "consent_version": "1",
+        "stage": "done",
+        "joined_at": 1.0,
+        "last_seen": 3.0,
+        "finished_at": 2.0,
+    },
+    "identities": {"participant": 5, "name": "PROLIFIC_PID", "value": "p"},
+    "trials": {
+        "participant": 5,
+        "place": 0,
+        "kind": "main",
+        "query": 7,
+        "first_is_left": True,
+        "served_at": 1.0,
+        "watched_at": None,
+    },
+    "answers": {
+        "id": 9,
+        "submission": "u",
+        "participant": 5,
+        "place": 0,
+        "revision": 1,
+        "choice": "left",
+        "good": 4,
+        "bad": None,
+        "nothing_marked": False,
+        "received_at": 2.0,
+        "replays": 0,
+    },
+    "questionnaires": {"participant": 5, "revision": 1, "content": "{}", "received_at": 2.0},
+    "withdrawals": {"id": 1, "condition": "baseline", "stage": "guide", "at": 1.0},
+}
+"""A row of each table as the first version had it."""
 
 
 @pytest.fixture
@@ -47,6 +95,25 @@ def test_migrating_again_changes_nothing_and_keeps_rows(database):
     with database.read() as connection:
         rows = connection.execute(select(schema.designs)).mappings().all()
     assert [dict(row) for row in rows] == [DESIGN]
+
+
+def test_the_first_version_is_brought_up_to_date_and_keeps_its_rows(empty):
+    """Whatever versions come: of a row that was stored then, every value is still there."""
+    config = Config()
+    config.set_main_option("script_location", str(files("polite.study") / "migrations"))
+    with empty.write() as connection:
+        config.attributes["connection"] = connection
+        command.upgrade(config, "0001")
+        tables = MetaData()
+        tables.reflect(connection, only=FIRST.keys())
+        for name, row in FIRST.items():
+            connection.execute(tables.tables[name].insert().values(row))
+    empty.migrate()
+    assert differences(empty) == []
+    with empty.read() as connection:
+        for name, row in FIRST.items():
+            kept = connection.execute(select(schema.metadata.tables[name])).mappings().one()
+            assert {column: kept[column] for column in row} == row
 
 
 def test_a_newer_version_is_refused(empty):
