@@ -32,16 +32,25 @@ class _Stored:
     environment's POLITE_DATABASE, and without that the file study.db in the folder."""
 
     @contextmanager
-    def opened(self) -> Iterator[tuple[StudyFolder, Database]]:
-        """The study, and its database as long as it is needed."""
+    def opened(self, *, whole: bool = True) -> Iterator[tuple[StudyFolder, Database]]:
+        """The study, and its database as long as it is needed.
+
+        Args:
+            whole: All parts must be there, and be those that people took part in.
+
+        Raises:
+            PoliteError: They are not, or the database cannot be used.
+        """
         with web_extra():
             from polite.study.folder import StudyFolder
-            from polite.study.web.serve import open_database
+            from polite.study.web.serve import check_study, open_database
 
         folder = StudyFolder(self.folder)
-        folder.check()
+        (folder.check if whole else folder.check_there)()
         database = open_database(folder, self.database)
         try:
+            if whole:
+                check_study(folder, database)
             yield folder, database
         finally:
             database.close()
@@ -153,7 +162,7 @@ class Withdraw(_Stored):
         Raises:
             PoliteError: Nobody has this code.
         """
-        with self.opened() as (folder, database):
+        with self.opened(whole=False) as (folder, database):  # a damaged clip is no obstacle
             from polite.study.withdrawal import withdraw_everywhere
 
             if not withdraw_everywhere(folder.path, database, self.code, time.time()):

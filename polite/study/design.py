@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
@@ -179,6 +180,11 @@ class Design(_Part):
         if len(set(names)) < len(names):
             raise ValueError(f"questions: expected different names, got {names}")
         return self
+
+    @property
+    def sha(self) -> str:
+        """SHA-256 of all of it; what participants are exported with."""
+        return hashlib.sha256(self.model_dump_json().encode()).hexdigest()
 
     @property
     def segments(self) -> set[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import zipfile
 from collections import Counter
@@ -15,6 +14,7 @@ from typing import Any, Final
 
 from polite.dataset import FILES, MANIFEST, load_feedback, save_feedback
 from polite.files import sha256, system_says, write_atomically, write_json
+from polite.study.changes import check_unchanged
 from polite.study.columns import (
     ANSWERS,
     DICTIONARY,
@@ -108,6 +108,7 @@ def _write(path: Path, text: str) -> None:
 
 def _read(study: Path, records: StudyRecords) -> _Source:
     design = read_design(study / FILE)
+    check_unchanged(design, sha256(study / POOL / MANIFEST), records.shown)
     feedback = load_feedback(study / POOL)
     pool, queries = feedback.pool, feedback.queries
     learner = learner_answers(records, design, pool, queries)
@@ -171,7 +172,7 @@ def _summary(source: _Source) -> dict[str, Any]:
         "comparisons": design.comparisons,
         "simulated": robots,
         "simulated_by": ROBOTS if robots else None,
-        "design": hashlib.sha256(design.model_dump_json().encode()).hexdigest(),
+        "design": design.sha,
         "designs": dict(sorted(Counter(row.person.design_sha for row in people).items())),
         "consent_versions": dict(sorted(Counter(r.person.consent_version for r in people).items())),
         "conditions": {

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from polite.dataset import Feedback, load_feedback
-from polite.files import read_json_object, write_atomically
+from polite.dataset import MANIFEST, Feedback, load_feedback
+from polite.files import read_json_object, sha256, write_atomically
 from polite.study.clips import Clip, clip_files, clip_names, load_clips, used_segments
 from polite.study.design import FILE, Design, Example, read_design
 from polite.types import PoliteError, Query, SegmentPool
@@ -62,6 +62,12 @@ class StudyFolder:
         return load_feedback(self.pool_path)
 
     @property
+    def pool_checksum(self) -> str:
+        """Follows from every segment and comparison; `DatasetError` if the pool cannot be read."""
+        assert self.feedback  # its files are what the manifest says
+        return sha256(self.pool_path / MANIFEST)
+
+    @property
     def pool(self) -> SegmentPool:
         """The segments."""
         return self.feedback.pool
@@ -102,13 +108,21 @@ class StudyFolder:
             StudyFolderError: They do not; the message says what to do.
             PoliteError: One of them cannot be read.
         """
+        self.check_there()
+        check_design(self.design, self.feedback)
+        self._check_clips()
+
+    def check_there(self) -> None:
+        """Check that there is a folder, whole or not.
+
+        Raises:
+            StudyFolderError: There is none.
+        """
         if not self.path.is_dir():
             raise StudyFolderError(
                 f"{self.path}: expected a study's folder, found none; make one with: "
                 f"polite study new {self.path}"
             )
-        check_design(self.design, self.feedback)
-        self._check_clips()
 
     def _check_clips(self) -> None:
         used = used_segments(self.design, self.feedback)

@@ -20,10 +20,7 @@ from polite.study import schema
 from polite.study.assignment import choose, sequence
 from polite.study.design import Design
 from polite.study.errors import RefusedError
-from polite.study.stages import CONSENT, DONE, after
-
-STILL_HERE: Final = 3600.0
-"""Somebody who was last seen longer ago [s] has dropped out as far as the balance is concerned."""
+from polite.study.stages import CONSENT, DONE, STILL_HERE, after
 
 _FIND: Final = select(schema.participants).where(
     schema.participants.c.session == bindparam("session")
@@ -61,10 +58,9 @@ def hashed(token: str) -> str:
 
 def record_design(connection: Connection, design: Design, now: float) -> str:
     """Keep the design that somebody is about to take part in; returns its checksum."""
-    content = design.model_dump_json()
-    sha = hashlib.sha256(content.encode()).hexdigest()
+    sha = design.sha
     dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    row = {"sha": sha, "content": content, "first_used": now}
+    row = {"sha": sha, "content": design.model_dump_json(), "first_used": now}
     connection.execute(dialect.insert(schema.designs).values(row).on_conflict_do_nothing())
     return sha
 

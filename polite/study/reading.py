@@ -9,15 +9,19 @@ from typing import Any
 from sqlalchemy import Connection, Row, func, select
 
 from polite.study import schema
-from polite.study.records import AnswerRecord, ParticipantRecord, StudyRecords, TrialRecord
+from polite.study.design import Design
+from polite.study.records import (
+    AnswerRecord,
+    ParticipantRecord,
+    Shown,
+    StudyRecords,
+    TrialRecord,
+)
 
 
 def read_records(connection: Connection) -> StudyRecords:
     """Everybody who took part and did not withdraw, in the order in which they joined."""
-    robots = {
-        row.sha: json.loads(row.content)["answered_by"] == "robots"
-        for row in connection.execute(select(schema.designs))
-    }
+    shown = read_shown(connection)
     trials = _by_participant(connection, schema.trials, schema.trials.c.place)
     answers = _by_participant(connection, schema.answers, schema.answers.c.id)
     filled = _by_participant(connection, schema.questionnaires, schema.questionnaires.c.revision)
@@ -35,11 +39,25 @@ def read_records(connection: Connection) -> StudyRecords:
                 trials[row.number],
                 answers[row.number],
                 json.loads(filled[row.number][-1].content) if filled[row.number] else {},
-                robots[row.design],
+                shown.designs[row.design].answered_by == "robots",
             )
             for row in people
         ),
         withdrawn={row[0]: row[1] for row in withdrawn},
+        shown=shown,
+    )
+
+
+def read_shown(connection: Connection) -> Shown:
+    """What those who are in the study have been shown."""
+    designs = schema.designs
+    used = designs.c.sha.in_(select(schema.participants.c.design))
+    return Shown(
+        designs={
+            row.sha: Design.model_validate_json(row.content)
+            for row in connection.execute(select(designs).where(used))
+        },
+        pools=frozenset(connection.scalars(select(schema.pools.c.sha))),
     )
 
 

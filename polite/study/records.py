@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from polite.study.design import Condition
+from polite.study.design import Condition, Design
 from polite.types import PoliteError
 
 Kind = Literal["practice", "main", "repeated", "mirrored"]
@@ -117,12 +117,23 @@ class ParticipantRecord:
 
 
 @dataclass(frozen=True)
+class Shown:
+    """What of a study has been shown to its participants so far."""
+
+    designs: Mapping[str, Design] = field(default_factory=dict)
+    """By checksum; those that anybody who is still in the study has taken part in."""
+    pools: frozenset[str] = frozenset()
+    """Checksums of segments and comparisons."""
+
+
+@dataclass(frozen=True)
 class StudyRecords:
     """Everybody who took part and did not withdraw."""
 
     participants: tuple[ParticipantRecord, ...]
     withdrawn: Mapping[Condition, int] = field(default_factory=dict)
     """How many withdrew; their answers are gone."""
+    shown: Shown = field(default_factory=Shown)
 
 
 def said(trial: TrialRecord, choice: Choice) -> Said:

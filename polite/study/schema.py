@@ -32,6 +32,9 @@ designs = Table(
 )
 """Every design that anybody has taken part in."""
 
+pools = Table("pools", metadata, Column("sha", String(64), primary_key=True))
+"""Checksum of the segments and comparisons that answers refer to; one, once anybody takes part."""
+
 invitations = Table(
     "invitations",
     metadata,

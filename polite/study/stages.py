@@ -14,6 +14,8 @@ QUESTIONS: Final = "questions"
 DONE: Final = "done"
 STAGES: Final = (CONSENT, GUIDE, PRACTICE, COMPARISONS, QUESTIONS, DONE)
 """Nobody is stored before the consent."""
+STILL_HERE: Final = 3600.0
+"""Somebody who was last seen longer ago [s] and has not finished seems to have left."""
 
 
 def after(stage: str, design: Design) -> str:

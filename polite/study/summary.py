@@ -26,10 +26,7 @@ from polite.study.quality import (
     is_fast,
 )
 from polite.study.records import AnswerRecord, ParticipantRecord, StudyRecords
-from polite.study.stages import COMPARISONS, DONE, PRACTICE, STAGES
-
-SILENT: Final = 3600.0
-"""Somebody who was last seen longer ago [s] and has not finished seems to have left."""
+from polite.study.stages import COMPARISONS, DONE, PRACTICE, STAGES, STILL_HERE
 
 People = Sequence[ParticipantRecord]
 Row = tuple[str, ...]
@@ -109,7 +106,7 @@ def _left(people: dict[Condition, list[ParticipantRecord]], now: float) -> Secti
     def at(where: tuple[int, int]) -> Callable[[Condition], str]:
         def value(condition: Condition) -> str:
             here = [p for p in unfinished[condition] if _where(p) == where]
-            silent = sum(now - p.last_seen > SILENT for p in here)
+            silent = sum(now - p.last_seen > STILL_HERE for p in here)
             return f"{len(here)} ({silent} silent)" if here else "0"
 
         return value

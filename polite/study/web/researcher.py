@@ -14,6 +14,7 @@ from polite.study.invitations import MOST, invite, list_invitations
 from polite.study.reading import read_records
 from polite.study.summary import summarise
 from polite.study.web.site import OUR_FORM, TheSite, fingerprint, is_researcher, page, to
+from polite.types import PoliteError
 
 
 async def _only_researcher(request: Request) -> None:
@@ -84,11 +85,19 @@ def more_invitations(
 
 @router.get("/export.zip", dependencies=[ONLY_RESEARCHER])
 def export_all(site: TheSite) -> Response:
-    """All answers, for the learner and for tables."""
+    """All answers, for the learner and for tables.
+
+    Raises:
+        RefusedError: The study's folder does not fit them.
+    """
     with site.database.read() as connection:
         records = read_records(connection)
+    try:
+        content = export_zip(site.folder, records)
+    except PoliteError as error:  # somebody has changed the folder since it was served
+        raise RefusedError(409, str(error)) from error
     return Response(
-        export_zip(site.folder, records),
+        content,
         media_type="application/zip",
         headers={"Content-Disposition": 'attachment; filename="answers.zip"'},
     )

@@ -11,11 +11,15 @@ from typing import Final
 import uvicorn
 from fastapi import FastAPI
 from rich.console import Console
+from sqlalchemy import insert
 
 from polite.files import system_says
+from polite.study import schema
+from polite.study.changes import check_unchanged
 from polite.study.database import Database, sqlite_url
 from polite.study.folder import StudyFolder
 from polite.study.invitations import invite, list_invitations
+from polite.study.reading import read_shown
 from polite.study.web.app import create_app
 from polite.types import PoliteError
 
@@ -42,16 +46,30 @@ def open_database(folder: StudyFolder, url: str) -> Database:
     return database
 
 
+def check_study(folder: StudyFolder, database: Database) -> None:
+    """Check that people have taken part in no other study than the one in the folder.
+
+    Raises:
+        ChangedError: They have; says what was changed.
+    """
+    with database.read() as connection:
+        shown = read_shown(connection)
+    check_unchanged(folder.design, folder.pool_checksum, shown)
+
+
 def serve(
     folder: StudyFolder, host: str, port: int, workers: int, database_url: str, https: bool
 ) -> None:
     """Serve a study until somebody stops it.
 
     Raises:
-        PoliteError: The folder is not whole, or database or port cannot be used.
+        PoliteError: The folder is not whole or not what people took part in, or database or port
+            cannot be used.
     """
     folder.check()
     database = open_database(folder, database_url)
+    check_study(folder, database)
+    _keep_pool(folder, database)
     _check_port(host, port)
     _tell(folder, database, host, port)
     settings = {
@@ -75,7 +93,16 @@ def serve(
 def worker() -> FastAPI:
     """The application of a worker process."""
     folder = StudyFolder(Path(os.environ[FOLDER]))
-    return create_app(folder, open_database(folder, ""), https=os.environ[HTTPS] == "1")
+    database = open_database(folder, "")
+    check_study(folder, database)  # a worker that died is replaced, perhaps after an edit
+    return create_app(folder, database, https=os.environ[HTTPS] == "1")
+
+
+def _keep_pool(folder: StudyFolder, database: Database) -> None:
+    """Remember which segments and comparisons answers refer to from now on."""
+    with database.write() as connection:
+        connection.execute(schema.pools.delete())
+        connection.execute(insert(schema.pools).values(sha=folder.pool_checksum))
 
 
 def _check_port(host: str, port: int) -> None:
