@@ -22,3 +22,13 @@ class RefusedError(PoliteError):
         self.status = status
         self.message = message
         self.more = more
+
+
+class WithdrawnError(RefusedError):
+    """A participant who is not in the study any more."""
+
+    def __init__(self) -> None:
+        """Say so."""
+        super().__init__(
+            410, "Your answers have been deleted, so you are not in this study any more."
+        )

@@ -24,6 +24,8 @@ PANEL_FIELDS: Final = (
     "hitId",
 )
 """What Prolific's and Mechanical Turk's links say of a person."""
+PERSONAL_FIELDS: Final = ("PROLIFIC_PID", "workerId")
+"""Those of them that are one person's, whatever they take part in."""
 _PANEL_VALUE: Final = re.compile(r"[A-Za-z0-9_.:-]{1,100}")
 
 

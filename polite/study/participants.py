@@ -19,7 +19,8 @@ from sqlalchemy.dialects import postgresql, sqlite
 from polite.study import schema
 from polite.study.assignment import choose, sequence
 from polite.study.design import Design
-from polite.study.errors import RefusedError
+from polite.study.errors import RefusedError, WithdrawnError
+from polite.study.invitations import PERSONAL_FIELDS
 from polite.study.stages import CONSENT, DONE, STILL_HERE, after
 
 _FIND: Final = select(schema.participants).where(
@@ -108,7 +109,7 @@ def join(
         now: The server's time.
 
     Raises:
-        RefusedError: The invitation is unknown or used up.
+        RefusedError: The invitation is unknown or used up, or the panel's person is here already.
     """
     sha = record_design(connection, design, now)
     # One at a time, or two could be given the same place in the balance or an invitation's last.
@@ -117,6 +118,7 @@ def join(
     joined = select(people.c.number).where(people.c.session == hashed(token))
     if connection.execute(joined).one_or_none() is not None:
         return
+    _refuse_again(connection, identities)
     if not invitation_is_open(connection, invitation):
         raise RefusedError(410, "This invitation has been used. Thank you for your interest.")
     row = {
@@ -142,6 +144,23 @@ def join(
     _insert_all(connection, schema.identities, names)
 
 
+def may_be(connection: Connection, token: str, identities: Mapping[str, str]) -> bool:
+    """Whether a session's participant may be who a panel's link speaks of.
+
+    Args:
+        connection: The transaction.
+        token: The session's.
+        identities: What the link says; nothing, if no panel made it.
+    """
+    people, said = schema.participants, schema.identities
+    rows = connection.execute(
+        select(said.c.name, said.c.value)
+        .join(people, people.c.number == said.c.participant)
+        .where(people.c.session == hashed(token), said.c.name.in_(PERSONAL_FIELDS))
+    )
+    return all(identities.get(row.name, row.value) == row.value for row in rows)
+
+
 def find(connection: Connection, token: str, *, to_write: bool = False) -> Participant:
     """The participant of a session.
 
@@ -151,14 +170,12 @@ def find(connection: Connection, token: str, *, to_write: bool = False) -> Parti
         to_write: Keep others from changing this participant's data until the transaction ends.
 
     Raises:
-        RefusedError: There is none (any more).
+        WithdrawnError: There is none (any more).
     """
     query = _FIND_TO_WRITE if to_write else _FIND
     row = connection.execute(query, {"session": hashed(token)}).one_or_none()
     if row is None:
-        raise RefusedError(
-            410, "Your answers have been deleted, so you are not in this study any more."
-        )
+        raise WithdrawnError
     return Participant.of(row)
 
 
@@ -217,6 +234,25 @@ def clean_code(code: str) -> str:
 def _new_code() -> str:
     """80 random bits in letters that are hard to confuse."""
     return clean_code(base64.b32encode(secrets.token_bytes(10)).decode())
+
+
+def _refuse_again(connection: Connection, identities: Mapping[str, str]) -> None:
+    """Let nobody take part twice, by another browser.
+
+    Raises:
+        RefusedError: A panel's person is in the study.
+    """
+    said = schema.identities
+    for name in PERSONAL_FIELDS:
+        same = select(said.c.participant).where(
+            said.c.name == name, said.c.value == identities.get(name, "")
+        )
+        if connection.execute(same).first() is not None:
+            raise RefusedError(
+                409,
+                "You take part in this study already. Please go on in the browser in which you "
+                "started, or ask the people who run the study.",
+            )
 
 
 def _taken(connection: Connection, now: float) -> dict[tuple[str, int], int]:

@@ -20,6 +20,7 @@ from polite.study.participants import (
     hashed,
     invitation_is_open,
     join,
+    may_be,
     new_token,
 )
 from polite.study.questionnaire import read_form, store_questionnaire
@@ -56,16 +57,19 @@ def follow_invitation(request: Request, site: TheSite, invitation: Token) -> Res
 
     Nobody is stored yet: programs that look at links in advance must not use invitations up.
     """
-    session = request.session
-    if session.get("invitation") != invitation:
-        with site.database.read() as connection:
-            if not invitation_is_open(connection, invitation):
-                raise RefusedError(410, "This invitation has been used already.")
+    session, identities = request.session, panel_identities(request.query_params)
+    with site.database.read() as connection:
+        known = session.get("invitation") == invitation
+        if known and "participant" in session:
+            if may_be(connection, session["participant"], identities):
+                return to("/")
+            known = False  # somebody else at the same computer
+        if not known and not invitation_is_open(connection, invitation):
+            raise RefusedError(410, "This invitation has been used already.")
+    if not known:
         session.clear()
         session.update(invitation=invitation, joining=new_token())
-    elif "participant" in session:
-        return to("/")
-    session["identities"] = panel_identities(request.query_params)
+    session["identities"] = identities
     return to("/consent")
 
 

@@ -15,7 +15,7 @@ from starlette.responses import Response
 
 from polite.files import one_line
 from polite.study.database import NotStoredError
-from polite.study.errors import RefusedError
+from polite.study.errors import RefusedError, WithdrawnError
 from polite.study.web.protection import HEADERS
 from polite.study.web.site import ElsewhereError, page, to
 
@@ -58,8 +58,8 @@ def problem(
 
 def refusal(request: Request, error: RefusedError) -> Response:
     """The answer to a request that we refuse."""
-    if error.status in (401, 410) and "participant" in request.session:
-        for name in ("participant", "invitation"):  # of somebody who has withdrawn
+    if isinstance(error, WithdrawnError):
+        for name in ("participant", "invitation"):
             request.session.pop(name, None)
     return problem(request, error.status, error.message, error.more)
 
