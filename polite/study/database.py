@@ -82,6 +82,9 @@ class Database:
         """
         self.engine = _engine(url, busy)
         sqlite = self.engine.dialect.name == "sqlite"
+        # PostgreSQL would let each statement see another state.
+        same = {} if sqlite else {"isolation_level": "REPEATABLE READ"}
+        self._reader = self.engine.execution_options(**same)
         self._turn: AbstractContextManager[None] = _Turn(busy) if sqlite else nullcontext()
 
     @contextmanager
@@ -91,7 +94,7 @@ class Database:
         Raises:
             NotStoredError: The database cannot be read now.
         """
-        with _translated(), self.engine.connect() as connection:
+        with _translated(), self._reader.connect() as connection:
             yield connection
 
     @contextmanager
@@ -160,6 +163,7 @@ def _engine(url: str, busy: float) -> Engine:
             max_overflow=0,
             pool_timeout=busy,
             pool_pre_ping=not sqlite,
+            hide_parameters=True,  # errors are logged, and hold codes and a panel's names else
             **settings,
         )
     except (ArgumentError, NoSuchModuleError, ImportError) as error:

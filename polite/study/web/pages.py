@@ -156,7 +156,7 @@ async def answer_questions(request: Request, site: TheSite) -> Response:
 def _fill_in(request: Request, site: Site, fields: dict[str, str]) -> Response:
     filled = read_form(site.design, fields)
     with site.database.write() as connection:
-        person = person_at(request, connection, stages.QUESTIONS)
+        person = person_at(request, connection, stages.QUESTIONS, to_write=True)
         if not filled.errors:
             store_questionnaire(connection, person, site.design, filled.values, site.clock())
     if filled.errors:
@@ -221,6 +221,6 @@ def clip_facts(clip: Clip) -> dict[str, Any]:
 
 def _advance(request: Request, site: Site, stage: str) -> Response:
     with site.database.write() as connection:
-        person = person_at(request, connection, stage)
+        person = person_at(request, connection, stage, to_write=True)
         advance(connection, person, site.design, site.clock())
     return to("/")

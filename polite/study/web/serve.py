@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import socket
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -40,7 +41,11 @@ def open_database(folder: StudyFolder, url: str) -> Database:
     Raises:
         DatabaseError: It cannot be used.
     """
-    url = url or os.environ.get(DATABASE, "") or sqlite_url(folder.database_path)
+    url = url or os.environ.get(DATABASE, "")
+    if not url:
+        url = sqlite_url(folder.database_path)
+        with suppress(OSError):  # that it cannot be written is said when it is opened
+            folder.database_path.touch(mode=0o600)  # its log takes this over
     database = Database(url)
     database.migrate()
     return database

@@ -122,8 +122,16 @@ def session_token(request: Request) -> str:
     return token
 
 
-def person_at(request: Request, connection: Connection, stage: str) -> Participant:
-    """The participant, who is at this stage; found to write.
+def person_at(
+    request: Request, connection: Connection, stage: str, *, to_write: bool = False
+) -> Participant:
+    """The participant, who is at this stage.
+
+    Args:
+        request: Theirs.
+        connection: The transaction.
+        stage: Another one with the same page is as good.
+        to_write: Keep others from changing this participant's data until the transaction ends.
 
     Raises:
         ElsewhereError: They are elsewhere, or nobody yet.
@@ -131,7 +139,7 @@ def person_at(request: Request, connection: Connection, stage: str) -> Participa
     """
     if "participant" not in request.session:
         raise ElsewhereError("/")
-    person = find(connection, session_token(request), to_write=True)
+    person = find(connection, session_token(request), to_write=to_write)
     if URLS[person.stage] != URLS[stage]:
         raise ElsewhereError(URLS[person.stage])
     return person
