@@ -23,7 +23,7 @@ test: $(INSTALLED)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 bench: $(INSTALLED) $(PUSHT)/.installed $(IMITATION)/.installed
-	$(BIN)/python -m pytest tests/benchmarks --benchmark-only
+	$(BIN)/python -m pytest tests/benchmarks tests/polite/study/test_kill.py --benchmark-only
 
 check: $(INSTALLED)
 	$(BIN)/ruff check .

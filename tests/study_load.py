@@ -33,10 +33,12 @@ LEVELS = (10, 50, 100, 200, 400)
 """Participants at once."""
 THINK = (2.0, 4.0)
 """From a comparison's appearance to its answer [s], uniform: 3 s in the mean."""
-RAMP = 20.0
+RAMP = 40.0
 """Participants who join per second."""
 SETTLE, WINDOW = 4.0, 30.0
-"""After the last one joined, then measured [s]."""
+"""After all have answered something, then measured [s]."""
+PATIENCE = 60.0
+"""Until all have [s]."""
 ENV, SEGMENTS, STEPS, COMPARISONS = "socialnav_env:SocialCorridor-v0", 24, 50, 60
 DESIGN = f"""
 title = "Simulated load"
@@ -107,7 +109,7 @@ def _one_level(served: ServedStudy, invitation: str, participants: int) -> dict[
     busy = _processor_seconds(served.pid) - before
     row: dict[str, Any] = json.loads(done.stdout)
     row["server_cores"] = round(busy / (time.monotonic() - began), 2)
-    row["server_ms_per_request"] = round(1000.0 * busy / row["requests"], 2)
+    row["server_ms_per_request"] = round(1000.0 * busy / row["all_requests"], 2)
     row["server_megabytes"] = round(sum(map(_megabytes, _group(served.pid))), 1)
     print(row, flush=True)
     return row
@@ -133,8 +135,10 @@ async def put_under_load(
             robots.append(robot)
             tasks.append(group.create_task(robot.take_part(invitation)))
             await asyncio.sleep(1.0 / RAMP)
+        async with asyncio.timeout(PATIENCE):
+            while not all(robot.answers for robot in robots):
+                await asyncio.sleep(0.5)
         await asyncio.sleep(SETTLE)
-        started = sum(bool(robot.answers) for robot in robots)
         start = time.monotonic()
         await asyncio.sleep(window)
         end = time.monotonic()
@@ -144,7 +148,7 @@ async def put_under_load(
             task.cancel()
     rows = summary([each for each in exchanges if start <= each.began < end], end - start)
     failed = Counter(str(each.status) for each in exchanges if not 200 <= each.status < 400)
-    counts = {"started": started, "requests": len(exchanges), "errors": dict(failed)}
+    counts = {"all_requests": len(exchanges), "errors": dict(failed)}
     return {"participants": participants, **rows, **counts}
 
 
