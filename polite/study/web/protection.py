@@ -34,6 +34,8 @@ HEADERS: Final = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
+FILES: Final = "/static/"
+"""Where our scripts and styles are."""
 LARGEST: Final = 256 * 1024
 """Bytes of a request's body."""
 MINUTE: Final = 60.0
@@ -48,7 +50,7 @@ Problem = Callable[[Request, RefusedError], ASGIApp]
 
 
 class Headers:
-    """Adds the headers; pages are not kept by browsers, files are."""
+    """Adds the headers; browsers keep no pages, and ask whether our files have changed."""
 
     def __init__(self, app: ASGIApp) -> None:
         """Wrap an application."""
@@ -61,7 +63,8 @@ class Headers:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
                 headers.update(HEADERS)
-                headers.setdefault("Cache-Control", "no-store")
+                ours = scope["path"].startswith(FILES)
+                headers.setdefault("Cache-Control", "no-cache" if ours else "no-store")
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
