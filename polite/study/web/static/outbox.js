@@ -1,6 +1,6 @@
 /** Messages that the server must get, in order; each is kept in the browser until it is confirmed. */
 
-import { post } from "./api.js";
+import { post, Problem } from "./api.js";
 
 /** Waits between attempts [s]; the last one is repeated. */
 const WAITS = [1, 2, 4, 8, 15];
@@ -73,7 +73,19 @@ export class Outbox {
       if (kept) break;
     }
     this.#busy = false;
+    this.#letGo();
     return results;
+  }
+
+  /** Another tab has sent what is not here any more; nobody shall wait for its reply. */
+  #letGo() {
+    const kept = new Set(this.items.map(({ id }) => id));
+    for (const [id, resolve] of this.#results) {
+      if (kept.has(id)) continue;
+      this.#results.delete(id);
+      this.tell.through();
+      resolve({ problem: new Problem(409, { elsewhere: true }) });
+    }
   }
 
   async #attempt({ path, body }) {
