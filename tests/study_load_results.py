@@ -60,6 +60,6 @@ def plot_load(series: dict[str, list[dict[str, Any]]], path: Path) -> None:
         axes.annotate("200 ms", (10, TARGET), (0, 2), textcoords="offset points", color=GREY)
         axes.set(xlabel="participants at once", ylabel="an answer takes [ms]", yscale="log")
         axes.set_xticks(LEVELS[1:])
-        axes.legend(ncols=2)
+        figure.legend(loc="outside upper center", ncols=2)
         figure.savefig(path, dpi=200)
         plt.close(figure)

@@ -1,7 +1,7 @@
 """A confirmed answer survives the server's death. `make bench` kills more often."""
 
 import pytest
-from study_kills import kill_often, sqlite_file
+from study_kills import PARTICIPANTS, TRIALS, kill_often, sqlite_file
 
 pytest_plugins = ["servers"]
 
@@ -19,7 +19,7 @@ def test_no_confirmed_answer_is_lost_or_doubled_when_the_server_is_killed(study_
     url, workers = served_by
     killed = kill_often(study_folder, url, workers, kills=3, seed=1)
     print(killed)
-    assert killed.confirmed >= 40 * 13
+    assert killed.confirmed >= PARTICIPANTS * TRIALS
     assert (killed.lost, killed.doubled) == (0, 0)
 
 
