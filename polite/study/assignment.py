@@ -8,9 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from polite.study.design import CONDITIONS, Design
-
-Kind = Literal["practice", "main", "repeated", "mirrored"]
+from polite.study.design import CONDITIONS, Design, Kind
 
 
 @dataclass(frozen=True)

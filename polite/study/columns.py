@@ -158,7 +158,7 @@ _EXCLUSION: Final[tuple[Column[PersonRow], ...]] = (
         "true/false",
         "",
         "Whether a program answered, to try the study out, and no person.",
-        lambda row: row.person.robot or row.design.answered_by == "robots",
+        lambda row: row.person.robot or row.design.by_robots,
     ),
 )
 
@@ -239,7 +239,7 @@ PARTICIPANTS: Final[tuple[Column[PersonRow], ...]] = (
         "fast_share",
         "number",
         "share",
-        "Too fast answers among the comparisons; see `fast` in answers.csv.",
+        "Too fast answers among the first answers to comparisons; see `fast` in answers.csv.",
         lambda row: fast_share(row.person, row.design),
     ),
     Column(

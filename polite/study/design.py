@@ -19,6 +19,9 @@ Condition = Literal["polite", "baseline"]
 CONDITIONS: Final[tuple[Condition, ...]] = ("polite", "baseline")
 """Preferences with highlights, and preferences only; participants never see these names."""
 
+Kind = Literal["practice", "main", "repeated", "mirrored"]
+"""Of a comparison: repeated and mirrored ones are catch pairs."""
+
 Text = Annotated[str, Field(min_length=1, max_length=20_000)]
 Line = Annotated[str, Field(min_length=1, max_length=300)]
 Index = Annotated[int, Field(ge=0)]
@@ -180,6 +183,11 @@ class Design(_Part):
         if len(set(names)) < len(names):
             raise ValueError(f"questions: expected different names, got {names}")
         return self
+
+    @property
+    def by_robots(self) -> bool:
+        """Whether programs answer, and no people."""
+        return self.answered_by == "robots"
 
     @property
     def sha(self) -> str:

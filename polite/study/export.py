@@ -34,7 +34,6 @@ from polite.types import PoliteError, Query, SegmentPool
 
 POOL: Final = "pool"
 """The study's segments and comparisons, in its folder."""
-ROBOTS: Final = "robots"
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +160,7 @@ def _windows(
 def _summary(source: _Source) -> dict[str, Any]:
     """`export.json` without the checksums."""
     design, people = source.design, source.people
-    robots = design.answered_by == ROBOTS or any(row.person.robot for row in people)
+    robots = design.by_robots or any(row.person.robot for row in people)
     return {
         "version": VERSION,
         "title": design.title,
@@ -171,7 +170,7 @@ def _summary(source: _Source) -> dict[str, Any]:
         "segment_length": int(source.pool.rewards.shape[1]),
         "comparisons": design.comparisons,
         "simulated": robots,
-        "simulated_by": ROBOTS if robots else None,
+        "simulated_by": "robots" if robots else None,
         "design": design.sha,
         "designs": dict(sorted(Counter(row.person.design_sha for row in people).items())),
         "consent_versions": dict(sorted(Counter(r.person.consent_version for r in people).items())),

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from polite.study.design import Design
-from polite.study.records import AnswerRecord, Kind, ParticipantRecord, Said, TrialRecord, said
+from polite.study.design import Design, Kind
+from polite.study.records import AnswerRecord, ParticipantRecord, Said, TrialRecord, said
 
 Outcome = Literal["agreed", "contradicted", "undecided", "unanswered"]
 """Of a catch pair: the same said twice; the other segment preferred; anything else, such as a side
@@ -84,8 +84,11 @@ def is_fast(answer: AnswerRecord, design: Design) -> bool | None:
 
 
 def fast_share(participant: ParticipantRecord, design: Design) -> float | None:
-    """Share of too fast answers among those whose time is known; None if there are none."""
-    fast = [is_fast(revisions[-1], design) for _, revisions in answered(participant)]
+    """Share of too fast answers among those whose time is known; None if there are none.
+
+    By the first answer to each comparison: who changes one later has watched the clips before.
+    """
+    fast = [is_fast(revisions[0], design) for _, revisions in answered(participant)]
     return _share([value for value in fast if value is not None])
 
 

@@ -39,7 +39,7 @@ def read_records(connection: Connection) -> StudyRecords:
                 trials[row.number],
                 answers[row.number],
                 json.loads(filled[row.number][-1].content) if filled[row.number] else {},
-                shown.designs[row.design].answered_by == "robots",
+                shown.designs[row.design].by_robots,
             )
             for row in people
         ),

@@ -9,10 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from polite.study.design import Condition, Design
+from polite.study.design import Condition, Design, Kind
 from polite.types import PoliteError
 
-Kind = Literal["practice", "main", "repeated", "mirrored"]
 Choice = Literal["left", "right", "equal", "incomparable"]
 Said = Literal["first", "second", "equal", "incomparable"]
 """A choice in terms of the query's segments, wherever they stood."""

@@ -105,6 +105,14 @@ def test_share_of_fast_answers_leaves_out_practice(design):
     assert fast_share(person(1, hasty(1), unknown), design) == 1.0
 
 
+def test_a_quick_change_of_mind_is_no_haste(design):
+    """The clips were watched before, and the page's clock begins anew when it is reopened."""
+    changed = answer(1, "right", revision=2, client_watched_at=2000.0, client_answered_at=2000.5)
+    later = replace(changed, received_at=2001.0)
+    assert fast_share(person(1, answer(1), later), design) == 0.0
+    assert fast_share(person(1, hasty(1), replace(later, client_answered_at=2090.0)), design) == 1.0
+
+
 def test_left_rate_is_of_expressed_preferences():
     assert left_rate(person(1, answer(1), answer(2), answer(3, "right"), answer(5, "equal"))) == (
         pytest.approx(2 / 3)
