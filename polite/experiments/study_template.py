@@ -17,6 +17,9 @@ from polite.types import PoliteError, SegmentPool
 
 PRACTICE: Final = 2
 """Practice pairs."""
+MIRRORED: Final = 2
+"""Mirrored catch pairs: as many as the template's rule of exclusion wants contradicted, so that who
+always presses the same side is excluded. One comparison is left to come again as it was."""
 CORRIDOR: Final = "socialnav_env:SocialCorridor-v0"
 _LONGEST_HIGHLIGHT: Final = 10
 
@@ -63,6 +66,7 @@ def fill_template(
         seed=seed,
         participants=participants,
         comparisons=comparisons,
+        mirrored=min(MIRRORED, comparisons - 1),
         highlight_length=length,
         good_segment=good.segment,
         good_start=good.start,

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_up_study import answer, person
 
 from polite import cli
 from polite.dataset import load_feedback, save_feedback
@@ -13,9 +14,12 @@ from polite.experiments.new_study_config import NewStudyConfig
 from polite.experiments.study_pool import demo_folder
 from polite.experiments.study_template import extreme_windows, fill_template, practice_pairs
 from polite.policies.policy import GaussianPolicy, save_policy
+from polite.study.assignment import sequence
 from polite.study.clips import used_segments
 from polite.study.design import parse_design, read_design
 from polite.study.folder import StudyFolder
+from polite.study.quality import FAILED_CATCH_PAIRS, exclusion
+from polite.study.records import TrialRecord
 from polite.study.video import write_video
 from polite.types import InvalidValueError, PoliteError, Query, SegmentPool
 
@@ -110,6 +114,19 @@ def test_a_design_made_from_the_template_is_one(study_folder) -> None:
     assert {q.name for q in design.questions} == {"age", "robots", "demanding", "comments"}
     assert "[INSTITUTION]" in design.consent.text
     assert "\\" not in design.consent.text
+
+
+@pytest.mark.parametrize("comparisons", [3, 20])
+def test_the_template_excludes_who_presses_one_side_only(study_folder, comparisons) -> None:
+    design = parse_design(fill_template(study_folder.feedback, None, 1, comparisons, 0))
+    for number in range(1, 11):
+        trials = [
+            TrialRecord(place, trial.kind, trial.query, trial.first_is_left)
+            for place, trial in enumerate(sequence(design, number, 0))
+        ]
+        answers = [answer(trial.place) for trial in trials]
+        someone = person(number, *answers, trials=tuple(trials))
+        assert exclusion(someone, design) == (FAILED_CATCH_PAIRS,)
 
 
 def test_recorded_clips_and_strange_names_come_back_from_the_template(
