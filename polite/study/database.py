@@ -131,9 +131,13 @@ class Database:
             raise DatabaseError(f"{self.name}: cannot be used ({one_line(error)})") from error
 
     def forget_traces(self) -> None:
-        """Overwrite what SQLite's log still holds of deleted rows; PostgreSQL's vacuum does it."""
+        """Overwrite what SQLite's log still holds of deleted rows; PostgreSQL's vacuum does it.
+
+        Raises:
+            NotStoredError: The disk refuses; the rows are deleted all the same.
+        """
         if self.engine.dialect.name == "sqlite":
-            with self.engine.connect() as connection:
+            with _translated(), self.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
 
     @property

@@ -31,6 +31,6 @@ def withdraw_everywhere(folder: Path, database: Database, code: str, now: float)
     with database.write() as connection:
         known = withdraw(connection, code, now)
     if known:
-        database.forget_traces()
         shutil.rmtree(folder / EXPORT, ignore_errors=True)
+        database.forget_traces()
     return known
