@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import zipfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -25,7 +26,7 @@ from polite.study.columns import (
     questionnaire_columns,
 )
 from polite.study.design import CONDITIONS, FILE, Design, read_design
-from polite.study.export_names import DATA, PARTICIPANTS_TABLE, SUMMARY, VERSION
+from polite.study.export_names import DATA, DESIGNS, PARTICIPANTS_TABLE, SUMMARY, VERSION
 from polite.study.quality import COUNTED, REASONS, answered, exclusion
 from polite.study.records import AnswerRecord, StudyRecords, TrialRecord, said
 from polite.study.tables import as_csv, as_jsonl, dictionary_markdown
@@ -120,7 +121,7 @@ def _read(study: Path, records: StudyRecords) -> _Source:
 
 
 def _texts(source: _Source) -> Iterator[tuple[str, str]]:
-    """The files that are tables, by name."""
+    """All files but the learner's data and the summary, by name."""
     answers = [row for person in source.people for row in _answer_rows(source, person)]
     files = dictionary(source.design)
     described = [(name, column) for name, columns in files for column in columns]
@@ -131,6 +132,14 @@ def _texts(source: _Source) -> Iterator[tuple[str, str]]:
     yield "questionnaire.csv", as_csv(questions, source.people)
     yield "data_dictionary.csv", as_csv(DICTIONARY, described)
     yield "data_dictionary.md", dictionary_markdown(files)
+    yield DESIGNS, _designs(source.records)
+
+
+def _designs(records: StudyRecords) -> str:
+    """Consent, guide and all the rest as each participant saw it, by the design's checksum."""
+    shown = sorted(records.shown.designs.items())
+    content = {sha: design.model_dump(mode="json") for sha, design in shown}
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def _answer_rows(source: _Source, by: PersonRow) -> Iterator[AnswerRow]:

@@ -7,6 +7,8 @@ from typing import Final
 SUMMARY: Final = "export.json"
 """Written last: counts, and every other file's checksum."""
 PARTICIPANTS_TABLE: Final = "participants.csv"
+DESIGNS: Final = "designs.json"
+"""What the participants have seen: every design that any of them joined, by its checksum."""
 DATA: Final = "data"
 """Holds a data set for each condition."""
 VERSION: Final = 1

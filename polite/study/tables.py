@@ -56,7 +56,9 @@ so that no spreadsheet runs it as a formula. JSONL has the same names and no suc
 
 `data/polite` and `data/baseline` hold what a reward model is trained on: the last answers to main
 comparisons of everybody who is not excluded, as `polite.dataset.load_feedback` reads them.
-`study.toml` is the study's design; `export.json` counts everything and has each file's SHA-256.
+`study.toml` is the study's design as it is now; `designs.json` has every design that somebody
+joined, by the `design_sha` of their rows: the consent and guide that they read, word for word.
+`export.json` counts everything and has each file's SHA-256.
 """
 
 

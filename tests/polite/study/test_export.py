@@ -25,16 +25,16 @@ from made_up_study import (
 from polite.dataset import load_feedback
 from polite.files import sha256
 from polite.study.columns import Column
-from polite.study.design import read_design
+from polite.study.design import Design, read_design
 from polite.study.export import export, export_zip
-from polite.study.records import StudyRecords
+from polite.study.records import Shown, StudyRecords
 from polite.study.tables import as_csv
 from polite.study.to_feedback import learner_answers
 from polite.types import PoliteError
 
 FILES = {
     "answers.csv", "answers.jsonl", "participants.csv", "questionnaire.csv", "data_dictionary.csv",
-    "data_dictionary.md", "study.toml", "export.json",
+    "data_dictionary.md", "study.toml", "designs.json", "export.json",
 } | {
     f"data/{condition}/{name}"
     for condition in ("polite", "baseline")
@@ -170,6 +170,22 @@ def test_summary_counts(exported):
     assert summary["conditions"]["baseline"]["withdrawn"] == 0
     assert summary["consent_versions"] == {"=1+1": 6}
     assert summary["env"] == "Made-up-v0"
+
+
+def test_every_design_that_was_joined_can_be_read_again(study, tmp_path):
+    """Words may change while a study runs; each participant's are found by their checksum."""
+    now = read_design(study / "study.toml")
+    consent = now.consent.model_copy(update={"version": "0", "text": "Was früher galt."})
+    earlier = now.model_copy(update={"consent": consent})
+    people = (consistent(1, design_sha=earlier.sha), consistent(2, design_sha=now.sha))
+    shown = Shown({now.sha: now, earlier.sha: earlier})
+    out = export(study, StudyRecords(people, shown=shown), tmp_path)
+    designs = json.loads((out / "designs.json").read_text("utf-8"))
+    assert {sha: Design(**content) for sha, content in designs.items()} == shown.designs
+    first, second = table(out / "participants.csv")
+    assert designs[first["design_sha"]]["consent"]["text"] == "Was früher galt."
+    assert designs[second["design_sha"]]["consent"]["text"] == now.consent.text
+    assert "designs.json" in (out / "data_dictionary.md").read_text("utf-8")
 
 
 def test_changed_answers_are_all_there(study, tmp_path):
