@@ -165,7 +165,7 @@ def test_a_reward_model_orders_what_no_robot_saw_as_the_oracle_does(
     net = RewardNet(pool.observations.shape[-1], pool.actions.shape[-1], FAST, generator)
     net.standardise(pool)
     data = stack_feedback(pool, feedback.queries, feedback.answers)
-    train_reward(net, data, RewardTrainingConfig(epochs=300, highlight_length=LENGTH), generator)
+    train_reward(net, data, RewardTrainingConfig(highlight_length=LENGTH), generator)
 
     unseen = drive_about(1, 2 * HELD_OUT_PAIRS)
     returns = predict(net, unseen.observations, unseen.actions).sum(axis=1)
