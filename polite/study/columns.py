@@ -18,6 +18,7 @@ from polite.study.quality import (
     fast_share,
     is_fast,
     left_rate,
+    same_choice_share,
 )
 from polite.study.records import AnswerRecord, ParticipantRecord, TrialRecord, said
 
@@ -248,6 +249,14 @@ PARTICIPANTS: Final[tuple[Column[PersonRow], ...]] = (
         "share",
         "Left among the expressed preferences.",
         lambda row: left_rate(row.person),
+    ),
+    Column(
+        "same_choice_share",
+        "number",
+        "share",
+        "The most frequent of left, right, equal and incomparable among the main comparisons; the "
+        "last answer of each.",
+        lambda row: same_choice_share(row.person),
     ),
     *_EXCLUSION,
     Column(

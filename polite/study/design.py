@@ -128,6 +128,13 @@ class Exclusion(_Part):
     """From which share of too fast answers on."""
     fast_seconds: Annotated[float, Field(ge=0)] = 1.0
     """An answer is too fast if it follows so soon after both clips were watched [s]."""
+    same_choice_share: Annotated[float, Field(gt=0.5, le=1)] = 1.0
+    """Against those who click through: from which share of one and the same answer on, be it
+    always left, always right, always "equal" or always "cannot compare". 1.0: only who never
+    answers anything else. Catch pairs and practice do not count."""
+    same_choice_answers: Annotated[int, Field(ge=2)] = 8
+    """From how many answers on that is judged: who gives a few, may well mean them. By chance, 8
+    preferences are all on one side for 1 person in 128."""
 
 
 class Design(_Part):

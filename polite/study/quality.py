@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from polite.study.design import Design, Kind
-from polite.study.records import AnswerRecord, ParticipantRecord, Said, TrialRecord, said
+from polite.study.records import (
+    AnswerRecord,
+    Choice,
+    ParticipantRecord,
+    Said,
+    TrialRecord,
+    said,
+)
 
 Outcome = Literal["agreed", "contradicted", "undecided", "unanswered"]
 """Of a catch pair: the same said twice; the other segment preferred; anything else, such as a side
@@ -17,7 +25,8 @@ OUTCOMES: Final[tuple[Outcome, ...]] = ("agreed", "contradicted", "undecided", "
 NOT_FINISHED: Final = "not finished"
 FAILED_CATCH_PAIRS: Final = "failed catch pairs"
 TOO_FAST: Final = "too fast"
-REASONS: Final = (NOT_FINISHED, FAILED_CATCH_PAIRS, TOO_FAST)
+SAME_CHOICE: Final = "same choice"
+REASONS: Final = (NOT_FINISHED, FAILED_CATCH_PAIRS, TOO_FAST, SAME_CHOICE)
 """Why a participant's answers are left out of the learner's data, in the order they are named."""
 
 COUNTED: Final[tuple[Kind, ...]] = ("main", "repeated", "mirrored")
@@ -98,16 +107,28 @@ def left_rate(participant: ParticipantRecord) -> float | None:
     return _share([choice == "left" for choice in choices if choice in ("left", "right")])
 
 
+def same_choice_share(participant: ParticipantRecord) -> float | None:
+    """Share of the most frequent choice, as it was shown, among main comparisons; None without."""
+    choices = _main_choices(participant)
+    return max(Counter(choices).values()) / len(choices) if choices else None
+
+
 def exclusion(participant: ParticipantRecord, design: Design) -> tuple[str, ...]:
     """Why the participant's answers are left out, by the design's rules; empty if they are not."""
     contradicted = [r.outcome for r in catch_results(participant)].count("contradicted")
-    fast = fast_share(participant, design)
+    fast, same = fast_share(participant, design), same_choice_share(participant)
+    enough = len(_main_choices(participant)) >= design.exclusion.same_choice_answers
     applies = {
         NOT_FINISHED: participant.finished_at is None,
         FAILED_CATCH_PAIRS: contradicted >= design.exclusion.failed_catch_pairs,
         TOO_FAST: fast is not None and fast >= design.exclusion.fast_share,
+        SAME_CHOICE: enough and same is not None and same >= design.exclusion.same_choice_share,
     }
     return tuple(reason for reason in REASONS if applies[reason])
+
+
+def _main_choices(participant: ParticipantRecord) -> list[Choice]:
+    return [revisions[-1].choice for _, revisions in answered(participant, ("main",))]
 
 
 def _compare(before: Said | None, again: Said | None) -> Outcome:

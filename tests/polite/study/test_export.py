@@ -128,6 +128,7 @@ def test_participants_are_described(exported):
     assert rows["12"]["learner_participant"] == "1"
     assert rows["2"]["catch_agreed"] == "2"
     assert rows["2"]["left_rate"] == "0.75"
+    assert float(rows["2"]["same_choice_share"]) == 2 / 3  # of left, left and equal
     stopped = rows["13"]
     assert (stopped["stage"], stopped["finished_at"]) == ("comparisons", "")
     assert (stopped["excluded"], stopped["exclusion_reasons"]) == ("true", "not finished")
@@ -163,7 +164,7 @@ def test_summary_counts(exported):
         "joined": 3,
         "finished": 2,
         "included": 2,
-        "excluded": {"not finished": 1, "failed catch pairs": 0, "too fast": 0},
+        "excluded": {"not finished": 1, "failed catch pairs": 0, "too fast": 0, "same choice": 0},
         "withdrawn": 1,
         "answers": 6,
     }

@@ -18,7 +18,7 @@ from polite.study.assignment import sequence
 from polite.study.clips import used_segments
 from polite.study.design import parse_design, read_design
 from polite.study.folder import StudyFolder
-from polite.study.quality import FAILED_CATCH_PAIRS, exclusion
+from polite.study.quality import FAILED_CATCH_PAIRS, SAME_CHOICE, exclusion
 from polite.study.records import TrialRecord
 from polite.study.video import write_video
 from polite.types import InvalidValueError, PoliteError, Query, SegmentPool
@@ -126,7 +126,8 @@ def test_the_template_excludes_who_presses_one_side_only(study_folder, compariso
         ]
         answers = [answer(trial.place) for trial in trials]
         someone = person(number, *answers, trials=tuple(trials))
-        assert exclusion(someone, design) == (FAILED_CATCH_PAIRS,)
+        same = (SAME_CHOICE,) if comparisons >= 8 else ()  # three answers are too few for that rule
+        assert exclusion(someone, design) == (FAILED_CATCH_PAIRS, *same)
 
 
 def test_recorded_clips_and_strange_names_come_back_from_the_template(

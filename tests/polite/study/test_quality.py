@@ -13,6 +13,7 @@ from polite.study.design import Exclusion
 from polite.study.quality import (
     FAILED_CATCH_PAIRS,
     NOT_FINISHED,
+    SAME_CHOICE,
     TOO_FAST,
     answered,
     catch_results,
@@ -20,6 +21,7 @@ from polite.study.quality import (
     exclusion,
     fast_share,
     left_rate,
+    same_choice_share,
 )
 from polite.study.records import RecordsError, said
 
@@ -137,6 +139,55 @@ def test_too_fast_begins_at_the_share_that_the_design_names(design):
     assert exclusion(half, with_rules(design, fast_seconds=0.5)) == ()
     all_wrong = person(1, hasty(1), hasty(2), hasty(3, "right"), hasty(4), finished_at=None)
     assert exclusion(all_wrong, design) == (NOT_FINISHED, FAILED_CATCH_PAIRS, TOO_FAST)
+
+
+def chooses(*choices, more=(), **values):
+    """Somebody whose main comparisons, all of different segments, were answered so."""
+    trials = tuple(trial(i, "main", i, bool(i % 2)) for i in range(len(choices)))
+    answers = [answer(place, choice) for place, choice in enumerate(choices)]
+    return person(1, *answers, *more, trials=trials, **values)
+
+
+@pytest.mark.parametrize("choice", CHOICES)
+def test_who_always_says_the_same_is_excluded(design, choice):
+    assert exclusion(chooses(*[choice] * 8), design) == (SAME_CHOICE,)
+    assert exclusion(chooses(*[choice] * 7), design) == ()  # too few to tell
+    other = "left" if choice == "right" else "right"
+    assert exclusion(chooses(*[choice] * 19, other), design) == ()
+
+
+def test_one_choice_is_counted_as_it_was_shown(design):
+    """Both clips of a pair stand left as often: the same segment each time is no straight line."""
+    same_segment = ["left" if i % 2 else "right" for i in range(8)]
+    assert same_choice_share(chooses(*same_segment)) == 0.5
+    assert exclusion(chooses(*same_segment), design) == ()
+
+
+def test_share_of_the_most_frequent_choice():
+    assert same_choice_share(chooses("equal", "left", "equal", "equal")) == 0.75
+    assert same_choice_share(chooses("left", "right", "equal", "incomparable")) == 0.25
+    assert same_choice_share(person(1, answer(0), finished_at=None)) is None  # practice only
+    # Of the main ones at 1, 2 and 5 only, whatever the catch pairs at 3 and 4 say.
+    mixed = person(1, answer(1), answer(2), answer(3, "equal"), answer(4, "equal"))
+    assert same_choice_share(mixed) == 1.0
+    changed = answer(0, "right", revision=2)
+    assert same_choice_share(chooses("left", "left", more=(changed,))) == 0.5
+
+
+def test_same_choice_begins_where_the_design_says(design):
+    nine_of_ten = chooses(*["equal"] * 9, "left")
+    assert exclusion(nine_of_ten, with_rules(design, same_choice_share=0.9)) == (SAME_CHOICE,)
+    assert exclusion(nine_of_ten, with_rules(design, same_choice_share=0.91)) == ()
+    all_equal = chooses(*["equal"] * 10)
+    assert exclusion(all_equal, with_rules(design, same_choice_answers=10)) == (SAME_CHOICE,)
+    assert exclusion(all_equal, with_rules(design, same_choice_answers=11)) == ()
+
+
+@given(st.lists(st.sampled_from(CHOICES), min_size=1, max_size=20))
+def test_a_share_of_one_choice_is_at_least_a_quarter(choices):
+    share = same_choice_share(chooses(*choices))
+    assert 0.25 <= share <= 1.0
+    assert (share == 1.0) == (len(set(choices)) == 1)
 
 
 def test_an_answer_without_a_trial_is_named():

@@ -42,6 +42,7 @@ def test_progress(design):
         "now: finished": ("2", "2"),
         "excluded: failed catch pairs": ("0", "0"),
         "excluded: too fast": ("0", "0"),
+        "excluded: same choice": ("0", "0"),
         "finished and not excluded": ("2 of 2", "2 of 2"),
     }
 
