@@ -41,6 +41,19 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
         raise PoliteError(f"{path}: cannot be written ({system_says(error)})") from error
 
 
+def write_private(path: Path, text: str) -> None:
+    """Write a new file that its owner only may read, from before anything is in it; UTF-8.
+
+    For use within `write_atomically`, whose file in place of an older one is then private, too.
+
+    Raises:
+        OSError: if the system refuses, or there is such a file.
+    """
+    descriptor = os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+    with open(descriptor, "w", encoding="utf-8", newline="") as file:
+        file.write(text)
+
+
 def is_temporary(path: Path) -> bool:
     """Whether a path is a temporary file of `write_atomically`, left there by a process's death."""
     return _TEMPORARY.fullmatch(path.name) is not None and path.is_file()

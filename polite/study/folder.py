@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import secrets
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from polite.dataset import MANIFEST, Feedback, load_feedback
-from polite.files import read_json_object, sha256, write_atomically
+from polite.files import read_json_object, sha256, write_atomically, write_private
 from polite.study.clips import Clip, clip_files, clip_names, load_clips, used_segments
 from polite.study.design import FILE, Design, Example, read_design
 from polite.types import PoliteError, Query, SegmentPool
@@ -191,10 +190,7 @@ def _check_segments(design: Design, count: int) -> None:
 
 
 def _write_secrets(path: Path) -> None:
-    """Draw new secrets; the file is closed to others before anything is in it."""
+    """Draw new secrets."""
     drawn = [secrets.token_urlsafe(_TOKEN_BYTES) for _ in range(2)]
     text = f'{{\n  "session_key": "{drawn[0]}",\n  "researcher_token": "{drawn[1]}"\n}}\n'
-    with open(
-        os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "w", encoding="ascii"
-    ) as file:
-        file.write(text)
+    write_private(path, text)

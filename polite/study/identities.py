@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select
 
-from polite.files import write_atomically
+from polite.files import write_atomically, write_private
 from polite.study import schema
 from polite.study.columns import Column
 from polite.study.design import Design
@@ -19,7 +19,8 @@ from polite.study.tables import as_csv
 def write_identities(connection: Connection, design: Design, path: Path) -> None:
     """Write a table: a row for each thing that a panel's link said of somebody.
 
-    Those of whom no link said anything have one row, for their completion code.
+    Those of whom no link said anything have one row, for their completion code. Nobody else on the
+    machine can read the file.
 
     Args:
         connection: A transaction.
@@ -38,7 +39,7 @@ def write_identities(connection: Connection, design: Design, path: Path) -> None
     own = design.completion.code == ""
     columns = (*_COLUMNS, _OWN_CODE) if own else _COLUMNS
     text = as_csv(columns, rows)
-    write_atomically(path, lambda temporary: temporary.write_text(text, "utf-8", newline=""))
+    write_atomically(path, lambda temporary: write_private(temporary, text))
 
 
 _COLUMNS: Final[tuple[Column[Row[Any]], ...]] = (

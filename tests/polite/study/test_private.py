@@ -1,11 +1,15 @@
 """What is stored of people is for nobody else on the machine, and in no log."""
 
+import os
+from pathlib import Path
+
 import pytest
 from people import World
 from sqlalchemy import insert
 from sqlalchemy.exc import IntegrityError
 
 from polite.study import schema
+from polite.study.identities import write_identities
 from polite.study.web.serve import open_database
 
 pytest_plugins = ["servers"]
@@ -18,6 +22,34 @@ def test_nobody_else_on_the_machine_can_read_answers(study_folder):
     assert len(files) == 3  # its log, and what its readers share, too
     assert {path.stat().st_mode & 0o777 for path in files} == {0o600}
     database.close()
+
+
+@pytest.mark.parametrize("before", [None, "an earlier one, open to all"])
+def test_nobody_else_on_the_machine_can_read_who_people_are(
+    study_folder, sqlite_database, tmp_path, monkeypatch, before
+):
+    path = tmp_path / "paying.csv"
+    if before:
+        path.write_text(before, encoding="utf-8")
+        path.chmod(0o666)
+    opened = []
+    monkeypatch.setattr(os, "replace", _noting_modes(opened))
+    World(study_folder, sqlite_database).join(PROLIFIC_PID="somebody")
+    with sqlite_database.read() as connection:
+        write_identities(connection, study_folder.design, path)
+    assert "somebody" in path.read_text(encoding="utf-8")
+    assert opened == [0o600] and path.stat().st_mode & 0o777 == 0o600
+
+
+def _noting_modes(modes):
+    """`os.replace` that notes how open a file is before it gets its name."""
+    replace = os.replace
+
+    def noting(source, target):
+        modes.append(Path(source).stat().st_mode & 0o777)
+        replace(source, target)
+
+    return noting
 
 
 def test_an_error_holds_nothing_that_somebody_sent(database):
