@@ -75,7 +75,7 @@ def _elsewhere(request: Request, error: Exception) -> Response:
 
 
 def _not_stored(request: Request, error: Exception) -> Response:
-    log.error("%s %s: %s", request.method, request.url.path, error)
+    log.error("%s %s: %s", request.method, _route(request), error)
     return problem(request, 503, NOT_STORED)
 
 
@@ -104,7 +104,12 @@ def _http(request: Request, error: Exception) -> Response:
 
 
 def _unexpected(request: Request, error: Exception) -> Response:
-    log.error("%s %s", request.method, request.url.path, exc_info=error)
+    log.error("%s %s", request.method, _route(request), exc_info=error)
     message = "This is our mistake, and it has been noted. Please try again."
     # This is answered outside the application that adds the headers.
     return problem(request, 500, message, headers=HEADERS)
+
+
+def _route(request: Request) -> str:
+    """Which page it was, as /join/{invitation}: addresses themselves hold invitations."""
+    return getattr(request.scope.get("route"), "path", "a page that there is not")

@@ -14,6 +14,7 @@ from people import a_choice, answer_body, row_counts, rows
 from sites import FILLED_IN
 
 from polite.study import schema
+from polite.study.database import NotStoredError
 from polite.study.web import protection
 
 pytest_plugins = ["servers"]
@@ -225,6 +226,21 @@ def test_a_mistake_of_ours_carries_the_headers_and_tells_nothing(site, monkeypat
     assert answer.status_code == 500 and "our mistake" in answer.json()["message"]
     assert "division" not in answer.text and "division" in caplog.text
     assert answer.headers["content-security-policy"] == protection.POLICY
+
+
+@pytest.mark.parametrize("mistake", [NotStoredError("gone"), ZeroDivisionError("oh no")])
+def test_no_invitation_is_logged(site, monkeypatch, caplog, mistake):
+    def fail(*_):
+        raise mistake
+
+    link, visitor = site.invite()[0], site.visitor()
+    visitor.client._transport.raise_server_exceptions = False
+    monkeypatch.setattr(site.app.state.site.database, "read", fail)
+    monkeypatch.setattr(site.app.state.site.database, "write", fail)
+    assert visitor.get(f"/join/{link}?PROLIFIC_PID=somebody").status_code in (500, 503)
+    written = [r for r in caplog.records if r.name == "polite.study"]
+    assert [record.getMessage().split(":")[0] for record in written] == ["GET /join/{invitation}"]
+    assert link not in caplog.text and "somebody" not in caplog.text
 
 
 def test_the_policy_allows_no_script_or_style_in_pages(site):
