@@ -214,6 +214,7 @@ def test_withdrawing(both):
 
     asked = visitor.post("/withdraw", code=code)
     assert asked.status_code == 200 and "Delete all your answers?" in asked.text
+    assert "This cannot be taken back.</p>" in asked.text  # an open link can be used again
     assert rows(both.database, schema.participants, number=number)
 
     other_browser = both.visitor()
