@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -21,6 +23,9 @@ CONDITIONS: Final[tuple[Condition, ...]] = ("polite", "baseline")
 
 Kind = Literal["practice", "main", "repeated", "mirrored"]
 """Of a comparison: repeated and mirrored ones are catch pairs."""
+
+_PLACEHOLDER: Final = re.compile(r"\[[A-Z0-9][A-Z0-9 ,-]*\]")
+"""As the template has them: [YOUR NAME, E-MAIL], [20]."""
 
 Text = Annotated[str, Field(min_length=1, max_length=20_000)]
 Line = Annotated[str, Field(min_length=1, max_length=300)]
@@ -207,6 +212,12 @@ class Design(_Part):
         pairs = {index for item in self.practice for index in (item.first, item.second)}
         return pairs | {self.guide.good.segment, self.guide.bad.segment}
 
+    @property
+    def placeholders(self) -> list[str]:
+        """What the template left to the researcher and still stands in texts, each once."""
+        found = (each for text in _texts(self.model_dump()) for each in _PLACEHOLDER.findall(text))
+        return list(dict.fromkeys(found))
+
 
 def read_design(path: Path) -> Design:
     """Read a design.
@@ -241,6 +252,15 @@ def parse_design(text: str, where: str = FILE) -> Design:
         return Design(**content)
     except ValidationError as error:
         raise DesignError(f"{where}: {_first_mistake(error)}") from error
+
+
+def _texts(value: object) -> Iterator[str]:
+    """Every text within a design's part, in order."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (dict, list, tuple)):
+        for part in value.values() if isinstance(value, dict) else value:
+            yield from _texts(part)
 
 
 def _first_mistake(error: ValidationError) -> str:

@@ -18,6 +18,7 @@ from polite.files import system_says
 from polite.study import schema
 from polite.study.changes import check_unchanged
 from polite.study.database import Database, sqlite_url
+from polite.study.design import FILE
 from polite.study.folder import StudyFolder
 from polite.study.invitations import invite, list_invitations
 from polite.study.reading import read_shown
@@ -135,6 +136,9 @@ def _tell(folder: StudyFolder, database: Database, host: str, port: int) -> None
     open_one = next((each for each in invitations if each.used < each.cap), None)
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{folder.design.title}", markup=False, style="bold")
+    if missing := folder.design.placeholders:
+        named = f"warning: {FILE} still has placeholders to fill in: {', '.join(missing)}"
+        console.print(named, markup=False, style="yellow")
     if open_one:
         console.print(f"participants  {base}{open_one.path}", markup=False)
         console.print(f"              {open_one.cap - open_one.used} may still join by this link")
