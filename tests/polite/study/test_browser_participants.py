@@ -3,7 +3,7 @@
 import pytest
 from browsers import a_browser, a_served_study, a_visit, needs_browser  # noqa: F401
 from playwright.sync_api import expect
-from visitors import Visitor
+from visitors import NAMES, Visitor
 
 pytestmark = needs_browser
 DESKTOP = {"viewport": {"width": 1280, "height": 800}}
@@ -222,6 +222,17 @@ def test_a_phone_with_a_finger(visit, served):
 
 
 @pytest.mark.parametrize("watched", [False, True])
+def test_arrows_answer_after_the_mouse_has_used_a_control(visit, served):
+    visitor = Visitor(visit(**DESKTOP), served)
+    page = visitor.page
+    visitor.begin("baseline")  # clicks a speed
+    expect(visitor.button(NAMES["left"])).to_be_enabled()
+    page.locator("#choice [data-do=scrub]").click()
+    page.keyboard.press("ArrowRight")
+    visitor.button("Continue").click()
+    assert [row.choice for row in served.answers(visitor.record.number)] == ["right"]
+
+
 def test_scrubbing_is_not_watching(visit, served, watched):
     """Nothing moves by itself where less motion is wanted, and nothing counts that did not play."""
     visitor = Visitor(visit(**DESKTOP, reduced_motion="reduce"), served)

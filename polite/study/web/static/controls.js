@@ -3,6 +3,11 @@
 /** Seconds as they are shown everywhere. */
 export const seconds = (step, fps) => `${(step / fps).toFixed(1)} s`;
 
+/** Whoever used the mouse answers by ← and → next; a control that kept the focus would take them. */
+function letGo(input) {
+  if (!input.matches(":focus-visible")) input.blur();
+}
+
 export class Controls {
   /** @param {Store} store where the speed is kept from trial to trial */
   constructor(root, player, store) {
@@ -16,6 +21,7 @@ export class Controls {
     press("back", () => player.nudge(-1));
     press("forward", () => player.nudge(1));
     this.scrub.addEventListener("input", () => player.seek(Number(this.scrub.value)));
+    this.scrub.addEventListener("change", () => letGo(this.scrub));
     player.addEventListener("step", () => this.#step());
     player.addEventListener("state", () => this.#state());
   }
@@ -54,6 +60,7 @@ export class Controls {
     input.addEventListener("change", () => {
       this.player.speed = speed;
       this.store.write("speed", speed);
+      letGo(input);
     });
     label.append(input, text);
     return label;
