@@ -14,6 +14,7 @@ import pygame
 import pytest
 from made_up_study import corridor_export
 
+from polite.dataset import load_feedback
 from polite.policies.policy import GaussianPolicy, save_policy
 from polite.rewards.files import load_reward_model
 from socialnav_env.rendering import Window
@@ -200,6 +201,14 @@ def test_people_to_reward_wants_two_people(tmp_path, stop):
         assert status == 2
         assert f"error: {export}: expected answers of at least two people" in line
     assert stop("people_to_reward.py", tmp_path / "none")[0] == 2
+
+
+def test_make_study_demo(tmp_path):
+    run("make_study_demo.py", "--out", tmp_path / "demo", "--work", tmp_path / "work")
+    made = load_feedback(tmp_path / "demo" / "pool")
+    assert (len(made.pool), len(made.queries), made.answers) == (40, 32, [])
+    compared = {index for query in made.queries for index in (query.first, query.second)}
+    assert max(compared) < 34  # the last six are kept for guide and practice
 
 
 def test_draw_reward_map(tmp_path):
