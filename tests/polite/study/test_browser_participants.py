@@ -221,7 +221,6 @@ def test_a_phone_with_a_finger(visit, served):
     assert stored(visitor.answers[0]) == (1, "left", 6, None, False)
 
 
-@pytest.mark.parametrize("watched", [False, True])
 def test_arrows_answer_after_the_mouse_has_used_a_control(visit, served):
     visitor = Visitor(visit(**DESKTOP), served)
     page = visitor.page
@@ -233,6 +232,7 @@ def test_arrows_answer_after_the_mouse_has_used_a_control(visit, served):
     assert [row.choice for row in served.answers(visitor.record.number)] == ["right"]
 
 
+@pytest.mark.parametrize("watched", [False, True])
 def test_scrubbing_is_not_watching(visit, served, watched):
     """Nothing moves by itself where less motion is wanted, and nothing counts that did not play."""
     visitor = Visitor(visit(**DESKTOP, reduced_motion="reduce"), served)
