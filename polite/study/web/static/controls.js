@@ -21,7 +21,7 @@ export class Controls {
     press("back", () => player.nudge(-1));
     press("forward", () => player.nudge(1));
     this.scrub.addEventListener("input", () => player.seek(Number(this.scrub.value)));
-    this.scrub.addEventListener("change", () => letGo(this.scrub));
+    this.scrub.addEventListener("click", () => this.scrub.blur());
     player.addEventListener("step", () => this.#step());
     player.addEventListener("state", () => this.#state());
   }
@@ -60,8 +60,8 @@ export class Controls {
     input.addEventListener("change", () => {
       this.player.speed = speed;
       this.store.write("speed", speed);
-      letGo(input);
     });
+    input.addEventListener("click", () => letGo(input)); // also of the speed that it has already
     label.append(input, text);
     return label;
   }
