@@ -1,5 +1,7 @@
 """Every page and step as a checker of accessibility sees it, on a desk and on a narrow phone."""
 
+import re
+
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browsers import a_browser, a_served_study, a_visit, needs_browser  # noqa: F401
@@ -92,3 +94,23 @@ def test_researchers_pages(visit, served, screen):
     check(page)
     visitor.button("Log out").click()
     visitor.heading("For the researcher")
+
+
+HEIGHTS = """
+window.heights = new Set();
+const look = () => {
+  const button = document.querySelector("button.primary");
+  if (button) window.heights.add(button.getBoundingClientRect().y);
+  requestAnimationFrame(look);
+};
+requestAnimationFrame(look);
+"""
+
+
+def test_nothing_moves_under_the_pointer_while_the_guide_loads(visit, served):
+    """A click whose button has moved away before it is released does nothing."""
+    page = visit(viewport={"width": 1280, "height": 800})
+    page.add_init_script(HEIGHTS)
+    Visitor(page, served).join()
+    expect(page.locator("[data-show=time]").first).to_have_text(re.compile("^0[.][1-9]"))
+    assert len(page.evaluate("[...heights]")) == 1
