@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
+from polite.rewards.blocks import in_blocks
 from polite.rewards.data import PreferenceData, split_answers
 from polite.rewards.dropout import dropout
 from polite.rewards.network import RewardNet
@@ -21,8 +22,6 @@ from polite.rewards.trainer import (
     validation_loss,
 )
 from polite.types import Floats64, InvalidValueError, Query, SegmentPool
-
-_SEGMENTS_AT_ONCE = 64
 
 
 class RewardEnsemble(nn.Module):
@@ -85,7 +84,16 @@ class RewardEnsemble(nn.Module):
 
     def score_scaled(self, inputs: Tensor, generator: torch.Generator | None = None) -> Tensor:
         """Score what `scaled` gave, as `RewardNet.score_scaled`."""
-        features = inputs.reshape(len(self), -1, inputs.shape[-1])  # (K, rows, n + v)
+        rows = inputs.reshape(len(self), -1, inputs.shape[-1])  # (K, rows, n + v)
+        rewards = in_blocks(
+            lambda block: self._score_rows(block, generator),
+            rows,
+            len(self) * max(self.config.hidden),
+        )
+        return rewards.view(inputs.shape[:-1])
+
+    def _score_rows(self, features: Tensor, generator: torch.Generator | None) -> Tensor:
+        """Score each member's rows, (K, R, n + v) -> (K, R)."""
         *hidden, (last_weight, last_bias) = zip(self.weights, self.biases, strict=True)
         for (weight, bias), probability in zip(hidden, self.config.dropout, strict=True):
             features = leaky_relu(torch.baddbmm(bias, features, weight), inplace=True)
@@ -93,13 +101,11 @@ class RewardEnsemble(nn.Module):
                 features = dropout(features, probability, generator)
         # A sum of products, because batched matrix products are slow at a single column.
         rewards = (features * last_weight.transpose(1, 2)).sum(dim=2) + last_bias[..., 0]
-        if self.config.output == "tanh":
-            rewards = torch.tanh(rewards)
-        return rewards.view(inputs.shape[:-1])  # type: ignore[no-any-return]
+        return torch.tanh(rewards) if self.config.output == "tanh" else rewards
 
     def score(self, inputs: Tensor) -> Tensor:
         """Score the same raw (s, a), (…, n + v), with every member, (K, …), without dropout."""
-        return self(inputs.expand(len(self), *inputs.shape))  # type: ignore[no-any-return]
+        return self.score_scaled(self.scaled(inputs).expand(len(self), *inputs.shape))
 
     def reward(self, inputs: Tensor) -> Tensor:
         """What is paid: the mean of the members, each normalised by itself, (…, n + v) -> (…)."""
@@ -190,13 +196,7 @@ def member_probabilities(
     """P[σ₁ ≻ σ₂] (POLITE, Eq. 1) of each query as each member sees it, (K, Q)."""
     inputs = torch.from_numpy(np.concatenate([pool.observations, pool.actions], axis=-1))
     with torch.no_grad():
-        rewards = torch.cat(
-            [
-                model.score(inputs[rows])
-                for rows in torch.split(torch.arange(len(pool)), _SEGMENTS_AT_ONCE)
-            ],
-            dim=1,
-        )  # (K, S, m)
+        rewards = model.score(inputs)  # (K, S, m)
     returns = rewards.where(torch.from_numpy(pool.mask), 0.0).sum(dim=2)
     first, second = torch.tensor([(query.first, query.second) for query in queries]).T
     probabilities = torch.sigmoid(returns[:, first] - returns[:, second])

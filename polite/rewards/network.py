@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
+from polite.rewards.blocks import in_blocks
 from polite.rewards.dropout import dropout
 from polite.types import (
     Floats32,
@@ -22,7 +23,6 @@ from polite.types import (
     check_finite,
 )
 
-_ROWS_AT_ONCE = 8192
 _CONSTANT = 1e-6  # an entry with less spread than this is only centred
 
 
@@ -120,17 +120,22 @@ class RewardNet(nn.Module):
 
     def score_scaled(self, inputs: Tensor, generator: torch.Generator | None = None) -> Tensor:
         """Score what `scaled` gave: a training takes the statistics out once, not at every step."""
-        # As rows of a matrix: in-place steps on a view of more axes would be copied when undone.
-        features = inputs.reshape(-1, len(self.mean))
+        rows = inputs.reshape(-1, len(self.mean))
+        rewards = in_blocks(
+            lambda block: self._score_rows(block, generator), rows, max(self.config.hidden)
+        )
+        return rewards.view(inputs.shape[:-1])
+
+    def _score_rows(self, features: Tensor, generator: torch.Generator | None) -> Tensor:
+        """Score the rows of a matrix, (R, n + v) -> (R,)."""
+        # A matrix, because in-place steps on a view of more axes would be copied when undone.
         *hidden, last = self.layers
         for layer, probability in zip(hidden, self.config.dropout, strict=True):
             features = leaky_relu(layer(features), inplace=True)
             if generator is not None:
                 features = dropout(features, probability, generator)
-        rewards = last(features)
-        if self.config.output == "tanh":
-            rewards = torch.tanh(rewards)
-        return rewards.reshape(inputs.shape[:-1])  # type: ignore[no-any-return]
+        rewards = last(features)[:, 0]
+        return torch.tanh(rewards) if self.config.output == "tanh" else rewards
 
     def score(self, inputs: Tensor) -> Tensor:
         """Score raw (s, a), (…, n + v), as an ensemble of one, (1, …), without dropout."""
@@ -196,8 +201,7 @@ def normalise(model: RewardModel, pool: SegmentPool) -> None:
     """
     inputs = np.concatenate([pool.observations, pool.actions], axis=-1)[pool.mask]
     with torch.no_grad():
-        chunks = torch.split(torch.from_numpy(inputs), _ROWS_AT_ONCE)
-        rewards = torch.cat([model.score(chunk) for chunk in chunks], dim=1).double()  # (K, steps)
+        rewards = model.score(torch.from_numpy(inputs)).double()  # (K, steps)
     spread = rewards.std(dim=1, correction=0)
     model.level.copy_(rewards.mean(dim=1))
     model.scale.copy_(torch.where(spread < _CONSTANT, 1.0, spread))
@@ -229,7 +233,5 @@ def predict(
             raise ShapeError(f"{name}: the reward model expects {(*rows, size)}, got {array.shape}")
         check_finite(name, array)
     inputs = np.concatenate([observations, actions], axis=-1, dtype=np.float32, casting="same_kind")
-    flat = torch.from_numpy(inputs.reshape(-1, inputs.shape[-1]))
-    with torch.no_grad():  # in chunks, so that a million states need no gigabytes
-        rewards = [net.reward(chunk) for chunk in torch.split(flat, _ROWS_AT_ONCE)]
-    return np.asarray(torch.cat(rewards).numpy().reshape(rows), dtype=np.float32)
+    with torch.no_grad():
+        return np.asarray(net.reward(torch.from_numpy(inputs)).numpy(), dtype=np.float32)

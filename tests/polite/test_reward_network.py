@@ -140,13 +140,6 @@ def test_a_reward_that_is_the_same_everywhere_is_only_centred():
     np.testing.assert_allclose(predict(net, pool.observations, pool.actions), 0.0, atol=1e-6)
 
 
-def test_prediction_in_chunks_equals_prediction_at_once(monkeypatch):
-    net, pool = make_net(), make_pool()
-    whole = predict(net, pool.observations, pool.actions)
-    monkeypatch.setattr("polite.rewards.network._ROWS_AT_ONCE", 7)
-    np.testing.assert_allclose(predict(net, pool.observations, pool.actions), whole, atol=1e-6)
-
-
 def test_prediction_names_what_does_not_fit():
     net = make_net()
     with pytest.raises(ShapeError, match=r"observations: .* expects \(4, 3\), got \(4, 9\)"):
