@@ -15,6 +15,7 @@ from polite.analysis.aggregate import (
 )
 from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
+    ENSEMBLE,
     EQUAL_UPDATES,
     HIGHLIGHTED,
     NAMES,
@@ -38,14 +39,18 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _UPDATED: Final = [Wanted("preferences", queries, EQUAL_UPDATES) for queries in (800, 262)]
+_PLAIN: Final = [Wanted("polite", 200), *(Wanted("preferences", q) for q in (800, 262))]
 CONTROLS: Final = (
     (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
     *((Wanted("polite", 200), control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
     (_UPDATED[0], _UPDATED[1]),
+    *((which._replace(variant=ENSEMBLE), which) for which in _PLAIN),
+    *((Wanted("polite", 200, ENSEMBLE), baseline) for baseline in _PLAIN[1:]),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal."""
+more answers do once the updates are equal; what an ensemble does to each, and POLITE with one
+against the baseline without."""
 
 
 def summarise(

@@ -20,6 +20,9 @@ CONTROLS = (
     ("polite-200", "choice", "shuffled"),
     ("preferences-800", None, "equal-updates"),
     ("preferences-262", None, "equal-updates"),
+    ("polite-200", "choice", "ensemble"),
+    ("preferences-262", None, "ensemble"),
+    ("preferences-800", None, "ensemble"),
 )
 HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
 
@@ -48,6 +51,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"steps": 1000},
         {"variant": "no-termination"},
         {"variant": "shuffled"},
+        {"variant": "ensemble"},
         {"seed": 1},
     ],
 )
@@ -132,7 +136,7 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
 
 
 def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
-    runs = chosen(variant=("shuffled", "equal-updates"))
+    runs = chosen(variant=("shuffled", "equal-updates", "ensemble"))
     assert runs == [run for run in grid("fast")[1] if run.variant]
     envs = ("Walker2d-v5", "HalfCheetah-v5")
     cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
@@ -149,7 +153,10 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"seeds": (10,)}, "seeds: .*10"),
         ({"stage": (0,)}, "stage: .*0"),
         ({"highlights": ("best",)}, "highlights: .*best"),
-        ({"variant": ("no",)}, "variant: .*equal-updates, no-termination, none, shuffled; got no"),
+        (
+            {"variant": ("no",)},
+            "variant: .*ensemble, equal-updates, no-termination, none, shuffled; got no",
+        ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],
 )

@@ -229,6 +229,7 @@ def test_records_without_settings_can_be_stamped(folder: Path) -> None:
         {"variant": "no-termination"},
         {"variant": "shuffled"},
         {"variant": "equal-updates"},
+        {"variant": "ensemble"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -434,20 +435,25 @@ def test_every_run_of_a_grid_has_settings(preset: str) -> None:
 
 def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
     for run in planned("fast"):
-        if run.variant in ("shuffled", "equal-updates"):
+        if run.variant in ("shuffled", "equal-updates", "ensemble"):
             config, preset = learning_config(run)
             plain, plain_preset = learning_config(replace(run, variant=""))
             shuffled = run.variant == "shuffled"
             assert preset == replace(plain_preset, shuffled=shuffled)
-            schedule = plain.schedule if shuffled else EqualUpdates(reference=200)
-            assert config == replace(plain, schedule=schedule)
+            changes: dict[str, dict[str, Any]] = {
+                "shuffled": {},
+                "equal-updates": {"schedule": EqualUpdates(reference=200)},
+                "ensemble": {"members": 5},
+            }
+            assert config == replace(plain, **changes[run.variant])
 
 
 @pytest.mark.parametrize(
     ("change", "says"),
     [
         ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
-        ({"variant": "equal-updates", "method": "polite-pebble"}, "PPO's schedule"),
+        ({"variant": "equal-updates", "method": "polite-pebble"}, "trainings by PPO"),
+        ({"variant": "ensemble", "method": "polite-pebble"}, "trainings by PPO"),
     ],
 )
 def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], says: str) -> None:

@@ -32,7 +32,8 @@ class Run:
     variant: str = ""
     """"" or a control. "no-termination": the env does not end an episode that has gone wrong.
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
-    the reward model gets as many gradient updates after each session as with 200 queries."""
+    the reward model gets as many gradient updates after each session as with 200 queries.
+    "ensemble": the mean of five reward models pays the policy."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -213,6 +214,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("polite", 200, form="choice", variant="shuffled"),
                     *_cell("preferences", 800, variant="equal-updates"),
                     *_cell("preferences", 262, variant="equal-updates"),
+                    *_cell("polite", 200, form="choice", variant="ensemble"),
+                    *_cell("preferences", 262, variant="ensemble"),
+                    *_cell("preferences", 800, variant="ensemble"),
                     *_cell("polite", 100, form="choice"),
                     *_cell("polite", 400, form="choice"),
                     *_cell("preferences", 525),

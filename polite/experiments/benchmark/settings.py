@@ -32,10 +32,13 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "no-termination": {"terminate_when_unhealthy": False},
     "shuffled": {},
     "equal-updates": {},
+    "ensemble": {},
 }
 """Keywords of the env in each variant."""
 EQUAL_UPDATES: Final = 200
 """The budget whose number of updates the variant "equal-updates" copies: the headline's."""
+ENSEMBLE: Final = 5
+"""Reward models of the variant "ensemble"."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
@@ -57,6 +60,7 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         steps=run.steps,
         schedule=_schedule(run),
         net=preset.net,
+        members=ENSEMBLE if run.variant == "ensemble" else 1,
         training=preset.training,
         ppo=preset.ppo,
     )
@@ -76,8 +80,8 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.variant == "equal-updates":
-        raise InvalidValueError(f"equal-updates is a variant of PPO's schedule, got {run}")
+    if run.variant in ("equal-updates", "ensemble"):
+        raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     preset = env_preset(run)
     config = pebble_config(
         run.queries,
