@@ -256,6 +256,50 @@ def test_controls_are_compared_in_pairs_and_scored_by_the_plain_env() -> None:
     assert other["normalised"]["mean"] is None  # that env has a ceiling of its own
 
 
+def with_ensembles(
+    polite: float, baseline_800: float, baseline_262: float, **where: Any
+) -> Records:
+    """POLITE-200 at 800 in our form and its baselines, and the same with ensembles."""
+    ours: dict[str, Any] = {"form": "choice", **where}
+    five = {P200: polite, B800: baseline_800, B262: baseline_262}
+    return [
+        *cells({P200: 800.0, B800: 500.0, B262: 700.0}, **ours),
+        *cells(five, variant="ensemble", **ours),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("levels", "expected"),
+    [
+        ((900.0, 890.0, 700.0), ["reproduced"] * 4),
+        (
+            (600.0, 900.0, 900.0),
+            ["not reproduced", "not reproduced", "reproduced", "not reproduced"],
+        ),
+        ((900.0, 890.0, 902.0), ["reproduced", "undecided", "reproduced", "reproduced"]),
+    ],
+)
+def test_ensembles_are_set_against_ensembles_and_against_the_plain_baselines(
+    levels: tuple[float, float, float], expected: list[str]
+) -> None:
+    claims = judge_benchmark(with_ensembles(*levels))
+    rules = (
+        ("bar-fewer-queries", "ensemble"),
+        ("bar-equal-effort", "ensemble"),
+        ("ensemble-fewer-queries", ""),
+        ("ensemble-equal-effort", ""),
+    )
+    found = {(claim["id"], claim["variant"]): claim for claim in claims}
+    judged = [found[rule] for rule in rules]
+    assert [claim["verdict"] for claim in judged] == expected
+    polite, most, fewer = levels
+    gaps = (polite - most, polite - fewer, polite - 500, polite - 700)
+    assert [c["parts"][0]["measured"] for c in judged] == pytest.approx(gaps)
+    assert found["bar-equal-effort", ""]["measured"] == pytest.approx(100)
+    controls = {claim["id"] for claim in claims if claim["id"].startswith("control-")}
+    assert not controls  # they are about the plain training, and have no runs here
+
+
 def test_losses_and_forms_are_judged_apart() -> None:
     records = cells({P200: 900.0, B800: 700.0})
     records += cells({P200: 600.0, B800: 700.0}, loss="released")
