@@ -38,19 +38,21 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the true reward's return whose queries are looked for."""
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
-_UPDATED: Final = [Wanted("preferences", queries, EQUAL_UPDATES) for queries in (800, 262)]
-_PLAIN: Final = [Wanted("polite", 200), *(Wanted("preferences", q) for q in (800, 262))]
+_BASELINES: Final = [Wanted("preferences", queries) for queries in (800, 262)]
+_FIVE: Final = Wanted("polite", 200, ENSEMBLE)
+_UPDATED: Final = [which._replace(variant=EQUAL_UPDATES) for which in _BASELINES]
 CONTROLS: Final = (
     (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
     *((Wanted("polite", 200), control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
     (_UPDATED[0], _UPDATED[1]),
-    *((which._replace(variant=ENSEMBLE), which) for which in _PLAIN),
-    *((Wanted("polite", 200, ENSEMBLE), baseline) for baseline in _PLAIN[1:]),
+    (_FIVE, Wanted("polite", 200)),
+    *((_FIVE, baseline) for baseline in _BASELINES),
+    *((baseline._replace(variant=ENSEMBLE), baseline) for baseline in _BASELINES),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal; what an ensemble does to each, and POLITE with one
-against the baseline without."""
+more answers do once the updates are equal; what five reward models do to POLITE and to
+the baseline, and POLITE's five against the baseline's one."""
 
 
 def summarise(

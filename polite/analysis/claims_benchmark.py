@@ -41,10 +41,10 @@ PEBBLE_400 = Wanted("pebble", 400)
 UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
-ENSEMBLE_200 = Wanted("polite", 200, ENSEMBLE)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
-ITSELF, BAR = ("",), ("", ENSEMBLE)
-"""Variants in which a rule about our form is judged: the controls' and the bar's."""
+PLAIN, BAR = ("",), ("", ENSEMBLE)
+"""Variants in which our form is judged: against its controls, and against its bar, where with an
+ensemble both sides have one."""
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
 NO_WORSE = (
@@ -54,10 +54,6 @@ NO_WORSE = (
 AT_EQUAL_UPDATES = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
-)
-WITH_ENSEMBLE = (
-    "Here alone POLITE-200 has five reward models and the baseline one; what both do with five is "
-    "judged by the bar's rules under the variant ensemble."
 )
 AT_EQUAL_STEPS = (
     "at equal policy steps (a longer training is read off its curve where the shorter one ends; "
@@ -80,13 +76,13 @@ class Rule:
     """What the env's name begins with; empty for a claim about any env."""
     kind: Kind = "emergent"
     """Under the paper's own conditions."""
-    own_form: tuple[str, ...] = ()
+    own_variants: tuple[str, ...] = ()
     """If any, it is about our form under the pairwise loss alone, in these variants."""
 
     def applies(self, env: str, condition: Condition) -> bool:
         """Whether the claim is about this env under this condition."""
         own = condition.loss == PAIRWISE and condition.highlights not in (PAPER_FORM, None)
-        meant = not self.own_form or (own and condition.variant in self.own_form)
+        meant = not self.own_variants or (own and condition.variant in self.own_variants)
         return env.startswith(self.env) and meant
 
     @property
@@ -178,11 +174,11 @@ def _synergy(view: View) -> tuple[Part, ...]:
     )
 
 
-def _no_worse(polite: Wanted, baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
-    first, second = label(*polite), label(*baseline)
+def _no_worse(baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
+    name = label(*baseline)
     return lambda view: (
-        at_least(f"{first} minus {second}", view.difference(polite, baseline), 0),
-        above(f"{first} / {second}", view.ratio(polite, baseline), NEAR),
+        at_least(f"POLITE-200 minus {name}", view.difference(POLITE_200, baseline), 0),
+        above(f"POLITE-200 / {name}", view.ratio(POLITE_200, baseline), NEAR),
     )
 
 
@@ -287,9 +283,9 @@ RULES: Final[tuple[Rule, ...]] = (
         NOT_IN_PAPER,
         NO_WORSE,
         (POLITE_200, BASELINE_800),
-        _no_worse(POLITE_200, BASELINE_800),
+        _no_worse(BASELINE_800),
         kind="comparison",
-        own_form=BAR,
+        own_variants=BAR,
     ),
     Rule(
         "bar-equal-effort",
@@ -299,7 +295,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, BASELINE_262),
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
-        own_form=BAR,
+        own_variants=BAR,
     ),
     Rule(
         "control-shuffled",
@@ -310,7 +306,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, SHUFFLED_200),
         _above(f"POLITE-200 minus {label(*SHUFFLED_200)}", POLITE_200, SHUFFLED_200),
         kind="comparison",
-        own_form=ITSELF,
+        own_variants=PLAIN,
     ),
     Rule(
         "control-fewer-queries",
@@ -318,9 +314,9 @@ RULES: Final[tuple[Rule, ...]] = (
         NOT_IN_PAPER,
         f"{AT_EQUAL_UPDATES} {NO_WORSE}",
         (POLITE_200, UPDATED_800),
-        _no_worse(POLITE_200, UPDATED_800),
+        _no_worse(UPDATED_800),
         kind="comparison",
-        own_form=ITSELF,
+        own_variants=PLAIN,
     ),
     Rule(
         "control-equal-effort",
@@ -330,27 +326,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, UPDATED_262),
         _above(f"POLITE-200 minus {label(*UPDATED_262)}", POLITE_200, UPDATED_262),
         kind="comparison",
-        own_form=ITSELF,
-    ),
-    Rule(
-        "ensemble-fewer-queries",
-        "POLITE-200 in our form with an ensemble is no worse than the paper's baseline-800",
-        NOT_IN_PAPER,
-        f"{WITH_ENSEMBLE} {NO_WORSE}",
-        (ENSEMBLE_200, BASELINE_800),
-        _no_worse(ENSEMBLE_200, BASELINE_800),
-        kind="comparison",
-        own_form=ITSELF,
-    ),
-    Rule(
-        "ensemble-equal-effort",
-        "POLITE-200 in our form with an ensemble beats the paper's baseline at equal effort",
-        NOT_IN_PAPER,
-        f"{WITH_ENSEMBLE} Final true return, {label(*ENSEMBLE_200)} minus baseline-262: {ABOVE_0}",
-        (ENSEMBLE_200, BASELINE_262),
-        _above(f"{label(*ENSEMBLE_200)} minus baseline-262", ENSEMBLE_200, BASELINE_262),
-        kind="comparison",
-        own_form=ITSELF,
+        own_variants=PLAIN,
     ),
 )
 """What the paper says of the two envs, what it does not compare, and what we ask of ourselves."""

@@ -27,7 +27,8 @@ class BenchmarkConfig:
     out: Path
     """Folder for everything; new, unless --resume."""
     preset: Preset = "fast"
-    """smoke: two minutes, to see that it runs; fast: days on two cores; paper: the paper's own nets
+    """smoke: two minutes, to see that it runs; fast: days on two cores, one reward model where the
+    variant is not ensemble; paper: the paper's own nets
     and PPO for the cells that its first claim compares, under both losses, with floor and ceiling.
     With --status the folder's own."""
     env: Names = ()
@@ -50,10 +51,10 @@ class BenchmarkConfig:
     loss: Names = ()
     """Only these preference losses: pairwise, released; none for runs without answers."""
     variant: Names = ()
-    """Only these controls: no-termination (Walker2d without its early end), shuffled (highlights
+    """Only these variants: no-termination (Walker2d without its early end), shuffled (highlights
     dealt out anew among the answers of a session), equal-updates (the reward model is updated as
-    often as with 200 queries), ensemble (five reward models, whose mean pays); none for runs that
-    are no control."""
+    often as with 200 queries), ensemble (five reward models, whose mean pays); none for runs
+    that are none of these."""
     jobs: int = 0
     """Runs at a time, one core each; 0 for as many as there are cores. Ray counts its own."""
     engine: Literal["local", "ray"] = "local"

@@ -69,7 +69,8 @@ def reward_table(cells: Parts) -> Markup:
         "Answers of the simulated teacher, and the learned reward against the true one on held-out "
         "segments of the final policy (at the last feedback session in the second line). Means "
         "over runs. Highlights: share of the expressed preferences that carry one. Highlighted "
-        "steps: mean true reward of the steps within good and within bad highlights, of all steps."
+        "steps: mean true reward of the steps within good and within bad highlights, of all steps. "
+        "Of an ensemble the mean is judged, which saturates only where all members do."
     )
     head = ["Cell", "Highlights", "Right answers", "No preference", "Highlights +, −"]
     head += ["Pair accuracy", "Pearson", "Spearman", "Saturation", "Highlighted steps +, −, all"]

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from polite.analysis.benchmark_records import PAPER_FORM, Condition
+from polite.analysis.benchmark_records import ENSEMBLE, PAPER_FORM, Condition
 from polite.report.html import Markup, element, join
 from polite.report.tables import badge
 from polite.report.words import NBSP, number, stored
@@ -26,6 +26,8 @@ def benchmark_findings(results: Results) -> Markup:
         _list(_headlines(results), "No env has two runs of both yet: undecided."),
         element("h3", "Does our own form of the highlights meet its bar?"),
         _list(_judged(results, "bar-"), "The bar's cells are neither finished nor planned."),
+        element("h3", "And where POLITE and the baseline both have five reward models, not one?"),
+        _list(_judged(results, "bar-", ENSEMBLE), "Those cells are neither finished nor planned."),
         element("h3", "Is it what highlights say, or how much the reward model is trained?"),
         _list(_judged(results, "control-"), "The controls are neither finished nor planned."),
         element("h3", "What do highlights buy at equal queries?"),
@@ -93,10 +95,10 @@ def _headlines(results: Results) -> Iterator[Markup]:
         yield element("li", where, text)
 
 
-def _judged(results: Results, group: str) -> Iterator[Markup]:
-    """The claims whose names begin so, with each part that is judged."""
+def _judged(results: Results, group: str, variant: str = "") -> Iterator[Markup]:
+    """The claims of a variant whose names begin so, with each part that is judged."""
     for claim in results["claims"]:
-        if claim["id"].startswith(group):
+        if claim["id"].startswith(group) and claim["variant"] == variant:
             text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
             judged = [part for part in claim["parts"] if part["verdict"] != "shown"]
             numbers = "; ".join(f"{p['what']}: {stored(p, 'measured')}" for p in judged)

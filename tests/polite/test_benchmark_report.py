@@ -26,7 +26,7 @@ from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import FIGURES
-from polite.report.benchmark_words import benchmark_findings, verdict_badge
+from polite.report.benchmark_words import benchmark_findings, condition_words, verdict_badge
 from polite.types import PoliteError
 
 GRID, PLAN = synthetic_grid(3), synthetic_plan(4)
@@ -129,6 +129,8 @@ def test_the_bar_tells_every_part_that_is_judged(results: dict[str, Any]) -> Non
     bars = [c for c in results["claims"] if c["id"].startswith(("bar-", "control-"))]
     assert any(len(claim["parts"]) > 1 for claim in bars)
     assert all(f"{part['what']}: " in text for claim in bars for part in claim["parts"])
+    said = [f"{c['env']}, {condition_words(c)}: {c['text']}. " for c in bars]
+    assert len(set(said)) == len(said) and all(str(text).count(words) == 1 for words in said)
 
 
 def test_records_of_other_settings_are_counted_on_the_page() -> None:

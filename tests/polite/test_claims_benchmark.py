@@ -271,33 +271,65 @@ def with_ensembles(
 @pytest.mark.parametrize(
     ("levels", "expected"),
     [
-        ((900.0, 890.0, 700.0), ["reproduced"] * 4),
-        (
-            (600.0, 900.0, 900.0),
-            ["not reproduced", "not reproduced", "reproduced", "not reproduced"],
-        ),
-        ((900.0, 890.0, 902.0), ["reproduced", "undecided", "reproduced", "reproduced"]),
+        ((900.0, 890.0, 700.0), ["reproduced", "reproduced"]),
+        ((600.0, 900.0, 900.0), ["not reproduced", "not reproduced"]),
+        ((900.0, 890.0, 902.0), ["reproduced", "undecided"]),
     ],
 )
-def test_ensembles_are_set_against_ensembles_and_against_the_plain_baselines(
+def test_with_ensembles_the_bar_is_met_by_ensembles_against_ensembles(
     levels: tuple[float, float, float], expected: list[str]
 ) -> None:
     claims = judge_benchmark(with_ensembles(*levels))
-    rules = (
-        ("bar-fewer-queries", "ensemble"),
-        ("bar-equal-effort", "ensemble"),
-        ("ensemble-fewer-queries", ""),
-        ("ensemble-equal-effort", ""),
-    )
     found = {(claim["id"], claim["variant"]): claim for claim in claims}
-    judged = [found[rule] for rule in rules]
-    assert [claim["verdict"] for claim in judged] == expected
+    bars = [found[f"bar-{name}", "ensemble"] for name in ("fewer-queries", "equal-effort")]
+    assert [claim["verdict"] for claim in bars] == expected
     polite, most, fewer = levels
-    gaps = (polite - most, polite - fewer, polite - 500, polite - 700)
-    assert [c["parts"][0]["measured"] for c in judged] == pytest.approx(gaps)
+    gaps = (polite - most, polite - fewer)
+    assert [c["parts"][0]["measured"] for c in bars] == pytest.approx(gaps)
     assert found["bar-equal-effort", ""]["measured"] == pytest.approx(100)
-    controls = {claim["id"] for claim in claims if claim["id"].startswith("control-")}
-    assert not controls  # they are about the plain training, and have no runs here
+    # The controls are about one reward model, and have no runs here.
+    assert not any(identifier.startswith("control-") for identifier, _ in found)
+
+
+def test_without_runs_of_ensembles_their_bar_names_what_is_missing() -> None:
+    plain = cells({P200: 800.0, B800: 500.0, B262: 700.0}, form="choice")
+    assert {claim["variant"] for claim in judge_benchmark(plain)} == {""}
+    plan = [record["run"] for record in with_ensembles(900.0, 890.0, 700.0)]
+    (claim,) = (
+        claim
+        for claim in judge_benchmark(plain, plan)
+        if (claim["id"], claim["variant"]) == ("bar-equal-effort", "ensemble")
+    )
+    assert claim["verdict"] == "undecided"
+    assert claim["missing"] == ["POLITE-200: 0 of 5 runs", "baseline-262: 0 of 5 runs"]
+    released = with_ensembles(900.0, 890.0, 700.0, loss="released")
+    assert not any(claim["id"].startswith("bar-") for claim in judge_benchmark(released))
+
+
+def test_ensembles_are_compared_with_single_models_and_scored_by_the_plain_env() -> None:
+    records = with_ensembles(900.0, 890.0, 750.0)
+    results = summarise(records + cells({("untrained", 0): 0.0, ("ground-truth", 0): 1000.0}))
+    found = {
+        (row["first"], row["second"]): row["difference"]["mean"]
+        for row in results["comparisons"]
+        if "," in row["first"] + row["second"]
+    }
+    assert found == pytest.approx(
+        {
+            ("POLITE-200, ensemble", "POLITE-200"): 100.0,
+            ("POLITE-200, ensemble", "baseline-800"): 400.0,
+            ("POLITE-200, ensemble", "baseline-262"): 200.0,
+            ("baseline-800, ensemble", "baseline-800"): 390.0,
+            ("baseline-262, ensemble", "baseline-262"): 50.0,
+        }
+    )
+    scored = {
+        cell["label"]: cell["normalised"]["mean"]
+        for cell in results["cells"]
+        if cell["variant"] == "ensemble"
+    }
+    expected = {"POLITE-200": 0.9, "baseline-800": 0.89, "baseline-262": 0.75}
+    assert scored == pytest.approx(expected)
 
 
 def test_losses_and_forms_are_judged_apart() -> None:

@@ -85,7 +85,7 @@ def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
         expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
-    assert learning.schedule == Schedule() and learning.members == 1
+    assert learning.schedule == Schedule() and learning.members == 5
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
 
 
@@ -93,7 +93,7 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     config = replace(CONFIG, preset="paper")
     adapted = adapt_preset(WALKER, config)
     learning = learning_config(config, adapted)
-    assert (learning.net, learning.ppo) == (PAPER, WALKER.paper_ppo)
+    assert (learning.net, learning.members, learning.ppo) == (PAPER, 1, WALKER.paper_ppo)
     assert learning.training.highlights == "paper"
     assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
     teacher = teacher_maker(config, adapted)(POOL)
@@ -115,7 +115,7 @@ def test_pebble_learns_by_the_envs_loss() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [{"schedule": "up-front"}, {"sampler": "entropy"}, {"members": 5}, {"preset": "paper"}],
+    [{"schedule": "up-front"}, {"sampler": "entropy"}, {"members": 1}, {"preset": "paper"}],
 )
 def test_what_pebble_would_not_heed_is_refused(change) -> None:
     with pytest.raises(InvalidValueError, match=next(iter(change))):
@@ -207,7 +207,10 @@ def test_impossible_settings_are_refused(change) -> None:
 
 
 def test_a_sampler_that_compares_models_needs_several() -> None:
-    config = replace(CONFIG, sampler="disagreement")
+    config = replace(CONFIG, sampler="disagreement", members=1)
     with pytest.raises(InvalidValueError, match="members ≥ 2"):
         learning_config(config, WALKER)
     assert learning_config(replace(config, members=3), WALKER).members == 3
+    assert learning_config(replace(config, members=None), WALKER).members == 5
+    with pytest.raises(InvalidValueError, match="members ≥ 2"):
+        learning_config(replace(config, members=None, preset="paper"), WALKER)

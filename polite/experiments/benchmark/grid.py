@@ -30,7 +30,7 @@ class Run:
     steps: int
     """Policy steps."""
     variant: str = ""
-    """"" or a control. "no-termination": the env does not end an episode that has gone wrong.
+    """"" or another way to train. "no-termination": the env ends no episode that has gone wrong.
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
     the reward model gets as many gradient updates after each session as with 200 queries.
     "ensemble": the mean of five reward models pays the policy."""

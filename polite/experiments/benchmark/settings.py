@@ -18,7 +18,7 @@ from polite.methods.pebble_config import (
     with_loss_of,
 )
 from polite.methods.preference_learning import MakeEnv
-from polite.methods.presets import EnvPreset, preset_of
+from polite.methods.presets import ENSEMBLE_MEMBERS, EnvPreset, preset_of
 from polite.methods.schedules import EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
@@ -37,8 +37,6 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
 """Keywords of the env in each variant."""
 EQUAL_UPDATES: Final = 200
 """The budget whose number of updates the variant "equal-updates" copies: the headline's."""
-ENSEMBLE: Final = 5
-"""Reward models of the variant "ensemble"."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
@@ -60,7 +58,7 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         steps=run.steps,
         schedule=_schedule(run),
         net=preset.net,
-        members=ENSEMBLE if run.variant == "ensemble" else 1,
+        members=ENSEMBLE_MEMBERS if run.variant == "ensemble" else 1,
         training=preset.training,
         ppo=preset.ppo,
     )
