@@ -31,18 +31,29 @@ def cut_segment(trajectory: Trajectory, index: int, start: int, length: int) -> 
 
 
 def cut_segments(
-    trajectories: Sequence[Trajectory], length: int, count: int, rng: np.random.Generator
+    trajectories: Sequence[Trajectory],
+    length: int,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    show_ends: bool = False,
 ) -> SegmentPool:
     """Draw segments uniformly from every start that an episode has, the last one included.
 
     No segment spans a reset. An episode shorter than `length` has one segment, itself. A segment
     is drawn twice only if there are fewer than `count`.
 
+    Segments of one length say nothing of the level of a reward: a constant added to r̂ cancels in
+    Eq. 1. Where the env ends an episode, the level decides whether the end pays. With `show_ends`
+    such an episode has a start at each of its steps, so that segments near its end are shorter,
+    and who prefers by the return says what an end costs.
+
     Args:
         trajectories: episodes.
         length: m, steps of a segment.
         count: S, segments to draw.
         rng: source of the draws.
+        show_ends: whether segments of episodes that the env ended may be cut short by the end.
 
     Raises:
         InvalidValueError: if there is no trajectory, or `length` or `count` is below 1.
@@ -52,7 +63,12 @@ def cut_segments(
             "expected at least one trajectory, length ≥ 1 and count ≥ 1, got "
             f"{len(trajectories)} trajectories, length {length}, count {count}"
         )
-    starts = np.array([count_starts(len(t), length) for t in trajectories])
+    starts = np.array(
+        [
+            len(t) if show_ends and t.terminated else count_starts(len(t), length)
+            for t in trajectories
+        ]
+    )
     ends = starts.cumsum()
     drawn = rng.choice(ends[-1], size=count, replace=bool(count > ends[-1]))
     owners = np.searchsorted(ends, drawn, side="right")

@@ -34,10 +34,12 @@ UNASKED: Final = frozenset({"untrained", "ground-truth"})
 ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
 """Methods that learn from no preference: the preference loss does not touch them, so that runs
 under one loss serve comparisons under any."""
-SHUFFLED, EQUAL_UPDATES, ENSEMBLE = "shuffled", "equal-updates", "ensemble"
-"""Variants of the training: highlights that say nothing, as many updates of the reward model
-whatever the budget, and five reward models in place of one. Their env is the plain one, and so are
-its floor and its ceiling."""
+SHUFFLED, EQUAL_UPDATES = "shuffled", "equal-updates"
+ENSEMBLE, ENSEMBLE_ENDS = "ensemble", "ensemble-ends"
+TRAININGS: Final = (SHUFFLED, EQUAL_UPDATES, ENSEMBLE, ENSEMBLE_ENDS)
+"""Variants of the training: highlights that say nothing; as many updates of the reward model
+whatever the budget; five reward models in place of one, and clips that an early end may cut short
+as well. Their env is the plain one, and so are its floor and its ceiling."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 
@@ -228,7 +230,7 @@ def label(method: str, queries: int, variant: str = "") -> str:
 def _fits(cell: Cell, condition: Condition) -> bool:
     form = cell.method not in HIGHLIGHTED or cell.highlights == condition.highlights
     loss = cell.method in ANY_LOSS or cell.loss == condition.loss
-    same_env = cell.method in UNASKED and condition.variant in (SHUFFLED, EQUAL_UPDATES, ENSEMBLE)
+    same_env = cell.method in UNASKED and condition.variant in TRAININGS
     place = (condition.preset, "" if same_env else condition.variant)
     return form and loss and (cell.preset, cell.variant) == place
 

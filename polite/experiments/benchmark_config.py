@@ -53,7 +53,8 @@ class BenchmarkConfig:
     variant: Names = ()
     """Only these variants: no-termination (Walker2d without its early end), shuffled (highlights
     dealt out anew among the answers of a session), equal-updates (the reward model is updated as
-    often as with 200 queries), ensemble (five reward models, whose mean pays); none for runs
+    often as with 200 queries), ensemble (five reward models, whose mean pays),
+    ensemble-ends (that, and clips may be cut short by an early end); none for runs
     that are none of these."""
     jobs: int = 0
     """Runs at a time, one core each; 0 for as many as there are cores. Ray counts its own."""

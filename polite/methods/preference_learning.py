@@ -193,7 +193,8 @@ class _Learner:
         finally:
             env.close()
         self._collected += env.num_envs * steps
-        return cut_segments(trajectories, length, count, self._samples)
+        ends = self._config.schedule.show_ends
+        return cut_segments(trajectories, length, count, self._samples, show_ends=ends)
 
     def _train_reward(self, name: str) -> None:
         """Train the reward model on, from where it is."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from math import ceil, log1p
-from typing import NamedTuple, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from polite.rewards.trainer import updates_per_epoch
 from polite.types import InvalidValueError
@@ -14,6 +14,10 @@ UP_FRONT_SHARE = 0.25
 """Of the budget that a decaying rate asks before the training (Christiano et al. 2017)."""
 HALF_RATE = 2e6
 """Policy steps after which a decaying rate has fallen to one half (Christiano et al. 2017)."""
+
+
+LATER: Final[Mapping[str, bool]] = {"later": True}
+"""Marks a setting that came when runs had been landed: at its default their fingerprints stay."""
 
 
 class Session(NamedTuple):
@@ -86,6 +90,9 @@ class Schedule:
     """Passes over all answers so far after each later session."""
     strategy: Strategy = even_sessions
     """How the queries are spread."""
+    show_ends: bool = field(default=False, metadata=LATER)
+    """Whether segments of episodes that the env ended may be cut short by the end, so that answers
+    say what an end costs (`polite.segments.cut_segments`)."""
 
     def __post_init__(self) -> None:
         """Check the ranges.

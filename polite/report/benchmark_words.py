@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from polite.analysis.benchmark_records import ENSEMBLE, PAPER_FORM, Condition
+from polite.analysis.benchmark_records import ENSEMBLE, ENSEMBLE_ENDS, PAPER_FORM, Condition
 from polite.report.html import Markup, element, join
 from polite.report.tables import badge
 from polite.report.words import NBSP, number, stored
@@ -28,6 +28,8 @@ def benchmark_findings(results: Results) -> Markup:
         _list(_judged(results, "bar-"), "The bar's cells are neither finished nor planned."),
         element("h3", "And where POLITE and the baseline both have five reward models, not one?"),
         _list(_judged(results, "bar-", ENSEMBLE), "Those cells are neither finished nor planned."),
+        element("h3", "And where, besides, clips may be cut short by an episode's early end?"),
+        _list(_judged(results, "bar-", ENSEMBLE_ENDS), "No such cell is finished or planned."),
         element("h3", "Is it what highlights say, or how much the reward model is trained?"),
         _list(_judged(results, "control-"), "The controls are neither finished nor planned."),
         element("h3", "What do highlights buy at equal queries?"),

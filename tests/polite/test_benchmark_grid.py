@@ -24,6 +24,11 @@ CONTROLS = (
     ("preferences-262", None, "ensemble"),
     ("preferences-800", None, "ensemble"),
 )
+ENDS = (
+    ("polite-200", "choice", "ensemble-ends"),
+    ("preferences-262", None, "ensemble-ends"),
+    ("preferences-800", None, "ensemble-ends"),
+)
 HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
 
 
@@ -52,6 +57,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"variant": "no-termination"},
         {"variant": "shuffled"},
         {"variant": "ensemble"},
+        {"variant": "ensemble-ends"},
         {"seed": 1},
     ],
 )
@@ -136,11 +142,15 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
 
 
 def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
-    runs = chosen(variant=("shuffled", "equal-updates", "ensemble"))
+    runs = chosen(variant=("shuffled", "equal-updates", "ensemble", "ensemble-ends"))
     assert runs == [run for run in grid("fast")[1] if run.variant]
     envs = ("Walker2d-v5", "HalfCheetah-v5")
     cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
-    assert cells == [(env, *c, seed) for seed in range(5) for c in CONTROLS for env in envs]
+    expected = []
+    for seed in range(5):
+        expected += [(env, *cell, seed) for cell in CONTROLS for env in envs]
+        expected += [("Walker2d-v5", *cell, seed) for cell in ENDS]  # the other has no early end
+    assert cells == expected
     plain = chosen(stage=(2,), method=("preferences-262",), variant=("none",))
     assert {run.variant for run in plain} == {""} and len(plain) == 10
 
@@ -155,7 +165,7 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"highlights": ("best",)}, "highlights: .*best"),
         (
             {"variant": ("no",)},
-            "variant: .*ensemble, equal-updates, no-termination, none, shuffled; got no",
+            "variant: .*ensemble, ensemble-ends, equal-updates, no-termination, none, shuffled; got no",
         ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],

@@ -52,7 +52,7 @@ from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
 from polite.methods.presets import PRESETS
-from polite.methods.schedules import EqualUpdates
+from polite.methods.schedules import EqualUpdates, Schedule
 from polite.types import (
     FIRST,
     SECOND,
@@ -230,6 +230,7 @@ def test_records_without_settings_can_be_stamped(folder: Path) -> None:
         {"variant": "shuffled"},
         {"variant": "equal-updates"},
         {"variant": "ensemble"},
+        {"variant": "ensemble-ends"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -435,7 +436,7 @@ def test_every_run_of_a_grid_has_settings(preset: str) -> None:
 
 def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
     for run in planned("fast"):
-        if run.variant in ("shuffled", "equal-updates", "ensemble"):
+        if run.variant not in ("", "no-termination"):
             config, preset = learning_config(run)
             plain, plain_preset = learning_config(replace(run, variant=""))
             shuffled = run.variant == "shuffled"
@@ -444,6 +445,7 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
                 "shuffled": {},
                 "equal-updates": {"schedule": EqualUpdates(reference=200)},
                 "ensemble": {"members": 5},
+                "ensemble-ends": {"members": 5, "schedule": Schedule(show_ends=True)},
             }
             assert config == replace(plain, **changes[run.variant])
 
@@ -454,6 +456,7 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
         ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
         ({"variant": "equal-updates", "method": "polite-pebble"}, "trainings by PPO"),
         ({"variant": "ensemble", "method": "polite-pebble"}, "trainings by PPO"),
+        ({"variant": "ensemble-ends", "method": "polite-pebble"}, "trainings by PPO"),
     ],
 )
 def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], says: str) -> None:

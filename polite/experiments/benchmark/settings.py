@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import Field, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, Final
 
@@ -19,7 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import ENSEMBLE_MEMBERS, EnvPreset, preset_of
-from polite.methods.schedules import EqualUpdates
+from polite.methods.schedules import LATER, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
@@ -33,8 +33,11 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "shuffled": {},
     "equal-updates": {},
     "ensemble": {},
+    "ensemble-ends": {},
 }
 """Keywords of the env in each variant."""
+ENSEMBLES: Final = ("ensemble", "ensemble-ends")
+"""Variants with several reward models."""
 EQUAL_UPDATES: Final = 200
 """The budget whose number of updates the variant "equal-updates" copies: the headline's."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
@@ -58,7 +61,7 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         steps=run.steps,
         schedule=_schedule(run),
         net=preset.net,
-        members=ENSEMBLE_MEMBERS if run.variant == "ensemble" else 1,
+        members=ENSEMBLE_MEMBERS if run.variant in ENSEMBLES else 1,
         training=preset.training,
         ppo=preset.ppo,
     )
@@ -69,7 +72,7 @@ def _schedule(run: Run) -> Schedule:
     epochs = SMOKE if run.preset == "smoke" else {}
     if run.variant == "equal-updates":
         return EqualUpdates(reference=EQUAL_UPDATES, **epochs)
-    return Schedule(**epochs)
+    return Schedule(**epochs, show_ends=run.variant == "ensemble-ends")
 
 
 def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
@@ -78,7 +81,7 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.variant in ("equal-updates", "ensemble"):
+    if run.variant in ("equal-updates", *ENSEMBLES):
         raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     preset = env_preset(run)
     config = pebble_config(
@@ -159,10 +162,17 @@ def canonical(run: Run) -> str:
     return json.dumps(resolved, sort_keys=True, default=_plain)
 
 
+def _telling(value: Any) -> Iterator[Field[Any]]:
+    """The fields of a dataclass, without later ones that are at their defaults."""
+    for field in fields(value):
+        if not (field.metadata == LATER and getattr(value, field.name) == field.default):
+            yield field
+
+
 def _plain(value: Any) -> Any:
     """What JSON has no form for."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: getattr(value, field.name) for field in fields(value)}
+        return {field.name: getattr(value, field.name) for field in _telling(value)}
     if isinstance(value, Mapping):
         return dict(value)
     return value.__qualname__
