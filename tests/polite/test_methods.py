@@ -153,6 +153,16 @@ def test_equal_seeds_give_equal_results() -> None:
     assert first.episodes != other.episodes
 
 
+@pytest.mark.parametrize("show_ends", [False, True])
+def test_clips_are_cut_short_by_early_ends_only_where_they_are_shown(show_ends: bool) -> None:
+    def ending(count, seed):
+        return make_vec_env("Counting-v0", count, seed, lengths=(7,))
+
+    result = learned(env=ending, schedule=replace(SMALL.schedule, show_ends=show_ends))
+    lengths = set(result.feedback.pool.lengths.tolist())
+    assert max(lengths) == 6 and (min(lengths) < 6) == show_ends
+
+
 def test_equal_updates_train_the_reward_model_as_often_whatever_the_budget(monkeypatch) -> None:
     steps: list[int] = []
     true_loss = trainer.batch_loss

@@ -1,10 +1,13 @@
 import gc
 import weakref
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
+from polite.losses import preference_loss
 from polite.segments import count_starts, cut_segment, cut_segments
 from polite.types import InvalidValueError, Trajectory
 
@@ -49,6 +52,33 @@ def test_an_episode_that_ends_early_gives_one_short_segment():
     np.testing.assert_array_equal(pool.lengths, [3])
     np.testing.assert_array_equal(pool.rewards, [[10, 11, 12, 0, 0]])
     np.testing.assert_array_equal(pool.returns, [33])
+
+
+def test_where_ends_are_shown_only_an_episode_that_the_env_ended_starts_at_every_step():
+    ended = replace(trajectory(9), terminated=True)
+    pool = cut_segments([ended], 5, 9, np.random.default_rng(0), show_ends=True)
+    lengths = dict(zip(pool.start.tolist(), pool.lengths.tolist(), strict=True))
+    assert lengths == {start: min(5, 9 - start) for start in range(9)}
+    assert pool.returns.tolist() == [sum(range(s, min(s + 5, 9))) for s in pool.start]
+    for other, ends in ((trajectory(9), True), (ended, False)):
+        pool = cut_segments([other], 5, 50, np.random.default_rng(0), show_ends=ends)
+        assert set(pool.lengths.tolist()) == {5}
+
+
+def test_a_level_is_learned_where_ends_are_shown_and_only_there():
+    """r̂ = level, alike at every step: Eq. 1 tells levels apart only by clips of other lengths."""
+    ended = [replace(trajectory(9), terminated=True)]
+
+    def gradient(ends):
+        pool = cut_segments(ended, 5, 40, np.random.default_rng(0), show_ends=ends)
+        level = torch.zeros((), requires_grad=True)
+        returns = torch.from_numpy(pool.lengths) * level
+        longer = torch.from_numpy(pool.lengths[::2] > pool.lengths[1::2]).float()
+        mu = torch.stack([longer, 1 - longer], dim=1)
+        preference_loss(returns[::2], returns[1::2], mu).backward()
+        return level.grad.item()
+
+    assert gradient(False) == 0 and gradient(True) < 0  # a higher level, a smaller loss
 
 
 def test_more_segments_than_there_are_repeat():
