@@ -160,7 +160,8 @@ def test_clips_are_cut_short_by_early_ends_only_where_they_are_shown(show_ends: 
 
     result = learned(env=ending, schedule=replace(SMALL.schedule, show_ends=show_ends))
     lengths = set(result.feedback.pool.lengths.tolist())
-    assert max(lengths) == 6 and (min(lengths) < 6) == show_ends
+    assert lengths <= {1, 2, 3, 4, 5, 6}  # 1: an episode of 7, then one that 8 steps cut off
+    assert bool(lengths & {2, 3, 4, 5}) == show_ends
 
 
 def test_equal_updates_train_the_reward_model_as_often_whatever_the_budget(monkeypatch) -> None:
