@@ -37,8 +37,9 @@ class TrainConfig:
     PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well; sac:
     its SAC on the env's own reward."""
     preset: Literal["fast", "paper"] = "fast"
-    """fast: highlights as a choice, five small reward models, PPO for a laptop; paper: the paper's
-    highlights, reward model with dropout and PPO, all of which take far longer."""
+    """fast: highlights as a choice, five small reward models, clips that show an episode's early
+    end, PPO for a laptop; paper: the paper's highlights, clips of one length, reward model with
+    dropout and PPO, all of which take far longer."""
     queries: int = 200
     """Pairs of clips that the teacher is asked about."""
     steps: int = 200_000

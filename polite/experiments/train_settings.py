@@ -27,6 +27,8 @@ FORMS: Final = {"fast": OWN_FORM, "paper": "paper"}
 """What a highlight says under each preset."""
 MEMBERS: Final = {"fast": ENSEMBLE_MEMBERS, "paper": 1}
 """Reward models of each preset, where PPO trains the policy."""
+SHOW_ENDS: Final = {"fast": True, "paper": False}
+"""Whether clips show an episode's early end under each preset."""
 SCHEDULES: Final = {
     "sessions": Schedule(),
     "decaying": Schedule(interval=0.05, strategy=decaying_rate),
@@ -44,7 +46,7 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
-        schedule=SCHEDULES[config.schedule],
+        schedule=replace(SCHEDULES[config.schedule], show_ends=SHOW_ENDS[config.preset]),
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
         members=reward_models(config),

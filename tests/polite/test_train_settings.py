@@ -85,7 +85,7 @@ def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
         expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
-    assert learning.schedule == Schedule() and learning.members == 5
+    assert learning.schedule == Schedule(show_ends=True) and learning.members == 5
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
 
 
@@ -93,6 +93,7 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     config = replace(CONFIG, preset="paper")
     adapted = adapt_preset(WALKER, config)
     learning = learning_config(config, adapted)
+    assert not learning.schedule.show_ends
     assert (learning.net, learning.members, learning.ppo) == (PAPER, 1, WALKER.paper_ppo)
     assert learning.training.highlights == "paper"
     assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
