@@ -24,7 +24,6 @@ from polite.experiments.train_settings import (
     adapt_preset,
     learning_config,
     pebble_settings,
-    reward_models,
     teacher_maker,
 )
 from polite.experiments.workers import one_torch_thread
@@ -116,8 +115,6 @@ def _learner(
 def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
-    if config.method not in PEBBLE_METHODS:
-        settings["members"] = reward_models(config)
     return {name: settings[name] for name in settings if name not in ("out", "resume")}
 
 

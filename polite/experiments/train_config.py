@@ -37,9 +37,8 @@ class TrainConfig:
     PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well; sac:
     its SAC on the env's own reward."""
     preset: Literal["fast", "paper"] = "fast"
-    """fast: highlights as a choice, five small reward models, clips that show an episode's early
-    end, PPO for a laptop; paper: the paper's highlights, clips of one length, reward model with
-    dropout and PPO, all of which take far longer."""
+    """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
+    highlights, reward model with dropout and PPO, all of which take far longer."""
     queries: int = 200
     """Pairs of clips that the teacher is asked about."""
     steps: int = 200_000
@@ -58,10 +57,12 @@ class TrainConfig:
         "uniform"
     )
     """Which pairs the teacher is asked about, from the second session on. disagreement and
-    disputed-k-centre need more than one of --members. PEBBLE always asks what is disputed."""
-    members: int | None = None
-    """Reward models, of which the mean pays the policy; the preset's number, five or one, if not
-    given. PEBBLE always has three."""
+    disputed-k-centre need --members 2 or more. PEBBLE always asks what is disputed."""
+    members: int = 1
+    """Reward models, of which the mean pays the policy; PEBBLE always has three."""
+    show_ends: bool = False
+    """Whether clips may be cut short where the env ended an episode early, so that answers say what
+    an end costs. Not for PEBBLE."""
     loss: Literal["pairwise", "released"] = "pairwise"
     """What a preference says: Eq. 2 of the paper, or the softmax over the minibatch that the
     authors' release has in its place."""
@@ -93,8 +94,7 @@ class TrainConfig:
             InvalidValueError: naming the one that is out of its range.
         """
         for name, least in _LEAST.items():
-            value = getattr(self, name)
-            if value is not None and value < least:
+            if getattr(self, name) < least:
                 raise InvalidValueError(f"{name}: expected at least {least}, got {self}")
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
@@ -113,7 +113,12 @@ class TrainConfig:
         Raises:
             InvalidValueError: naming what cannot be chosen.
         """
-        for name, own in (("schedule", "sessions"), ("sampler", "uniform"), ("members", None)):
+        for name, own in (
+            ("schedule", "sessions"),
+            ("sampler", "uniform"),
+            ("members", 1),
+            ("show_ends", False),
+        ):
             if getattr(self, name) != own:
                 raise InvalidValueError(f"{name}: PEBBLE has its own; leave it out, got {self}")
         if self.preset == "paper":

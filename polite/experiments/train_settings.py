@@ -16,7 +16,7 @@ from polite.methods.pebble_config import (
     with_loss_of,
 )
 from polite.methods.preference_learning import MakeTeacher
-from polite.methods.presets import ENSEMBLE_MEMBERS, OWN_FORM, EnvPreset
+from polite.methods.presets import OWN_FORM, EnvPreset
 from polite.methods.schedules import Schedule, decaying_rate, up_front
 from polite.teachers.bpref import BPREF_TEACHERS
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
@@ -25,10 +25,6 @@ from polite.types import SegmentPool
 
 FORMS: Final = {"fast": OWN_FORM, "paper": "paper"}
 """What a highlight says under each preset."""
-MEMBERS: Final = {"fast": ENSEMBLE_MEMBERS, "paper": 1}
-"""Reward models of each preset, where PPO trains the policy."""
-SHOW_ENDS: Final = {"fast": True, "paper": False}
-"""Whether clips show an episode's early end under each preset."""
 SCHEDULES: Final = {
     "sessions": Schedule(),
     "decaying": Schedule(interval=0.05, strategy=decaying_rate),
@@ -46,18 +42,13 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
-        schedule=replace(SCHEDULES[config.schedule], show_ends=SHOW_ENDS[config.preset]),
+        schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends),
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
-        members=reward_models(config),
+        members=config.members,
         training=preset.training,
         ppo=preset.ppo,
     )
-
-
-def reward_models(config: TrainConfig) -> int:
-    """How many reward models pay a policy that PPO trains."""
-    return config.members or MEMBERS[config.preset]
 
 
 def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:

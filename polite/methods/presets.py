@@ -18,8 +18,6 @@ from polite.types import SegmentPool
 
 OWN_FORM = "choice"
 """The form of the highlight loss that is used unless another is asked for (docs/highlights.md)."""
-ENSEMBLE_MEMBERS = 5
-"""Networks of an ensemble whose mean pays the policy."""
 TIE = 0.01
 """Tie threshold for such an env, as a share of the spread of the first segments' returns."""
 

@@ -148,6 +148,7 @@ def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
         "schedule": "decaying",
         "sampler": "disputed-k-centre",
         "members": 2,
+        "show_ends": True,
         "loss": "released",
         "highlights": "choice",
         "highlight_length": 3,

@@ -85,7 +85,9 @@ def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
         expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
-    assert learning.schedule == Schedule(show_ends=True) and learning.members == 5
+    assert learning.schedule == Schedule() and learning.members == 1
+    shown = learning_config(replace(CONFIG, show_ends=True), WALKER)
+    assert shown == replace(learning, schedule=Schedule(show_ends=True))
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
 
 
@@ -93,8 +95,7 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     config = replace(CONFIG, preset="paper")
     adapted = adapt_preset(WALKER, config)
     learning = learning_config(config, adapted)
-    assert not learning.schedule.show_ends
-    assert (learning.net, learning.members, learning.ppo) == (PAPER, 1, WALKER.paper_ppo)
+    assert (learning.net, learning.ppo) == (PAPER, WALKER.paper_ppo)
     assert learning.training.highlights == "paper"
     assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
     teacher = teacher_maker(config, adapted)(POOL)
@@ -116,7 +117,13 @@ def test_pebble_learns_by_the_envs_loss() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [{"schedule": "up-front"}, {"sampler": "entropy"}, {"members": 1}, {"preset": "paper"}],
+    [
+        {"schedule": "up-front"},
+        {"sampler": "entropy"},
+        {"members": 5},
+        {"show_ends": True},
+        {"preset": "paper"},
+    ],
 )
 def test_what_pebble_would_not_heed_is_refused(change) -> None:
     with pytest.raises(InvalidValueError, match=next(iter(change))):
@@ -208,10 +215,7 @@ def test_impossible_settings_are_refused(change) -> None:
 
 
 def test_a_sampler_that_compares_models_needs_several() -> None:
-    config = replace(CONFIG, sampler="disagreement", members=1)
+    config = replace(CONFIG, sampler="disagreement")
     with pytest.raises(InvalidValueError, match="members ≥ 2"):
         learning_config(config, WALKER)
     assert learning_config(replace(config, members=3), WALKER).members == 3
-    assert learning_config(replace(config, members=None), WALKER).members == 5
-    with pytest.raises(InvalidValueError, match="members ≥ 2"):
-        learning_config(replace(config, members=None, preset="paper"), WALKER)

@@ -18,7 +18,7 @@ from polite.methods.pebble_config import (
     with_loss_of,
 )
 from polite.methods.preference_learning import MakeEnv
-from polite.methods.presets import ENSEMBLE_MEMBERS, EnvPreset, preset_of
+from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.schedules import LATER, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
@@ -38,6 +38,8 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
 """Keywords of the env in each variant."""
 ENSEMBLES: Final = ("ensemble", "ensemble-ends")
 """Variants with several reward models."""
+ENSEMBLE_MEMBERS: Final = 5
+"""Reward models of each of them."""
 EQUAL_UPDATES: Final = 200
 """The budget whose number of updates the variant "equal-updates" copies: the headline's."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
