@@ -96,6 +96,28 @@ class Train(TrainConfig):
         return run_train(TrainConfig(**vars(self)))
 
 
+@dataclass(frozen=True)
+class Watch:
+    """Watch a trained policy: an episode, and under its frames what every step paid.
+
+    Beside the true reward stands r̂, where a reward model paid the policy.
+    """
+
+    folder: Annotated[Path, tyro.conf.Positional]
+    """Folder of `polite train`, or models/RUN in the folder of `polite benchmark`."""
+    out: Path | None = None
+    """A clip in real time (.webp, .gif; .mp4 with the extra `video`), or a picture of some frames
+    (.png, .pdf); episode.webp beside the models if not given."""
+    seed: int = 0
+    """Which episode."""
+
+    def run(self) -> Path:
+        """Draw; returns the path of the clip or picture."""
+        from polite.experiments.watch import watch
+
+        return watch(self.folder, self.out, self.seed)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Benchmark(BenchmarkConfig):
     """Run a grid of trainings: envs, methods, budgets, losses and seeds, each in its own process.
@@ -187,6 +209,7 @@ class Study:
 Command = (
     Annotated[Replicate, tyro.conf.subcommand("replicate")]
     | Annotated[Train, tyro.conf.subcommand("train")]
+    | Annotated[Watch, tyro.conf.subcommand("watch")]
     | Annotated[Benchmark, tyro.conf.subcommand("benchmark")]
     | Annotated[Highlights, tyro.conf.subcommand("highlights")]
     | Annotated[Plan, tyro.conf.subcommand("plan")]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -15,6 +14,7 @@ import imageio.v3 as iio
 import numpy as np
 from numpy.typing import NDArray
 
+from polite.env_ids import making
 from polite.files import one_line, write_atomically
 from polite.types import PoliteError, ShapeError
 
@@ -74,13 +74,8 @@ def renderer(env_id: str, **settings: Any) -> Iterator[tuple[Render, float]]:
     Raises:
         PoliteError: The env is unknown, cannot restore a state, or this machine cannot draw it.
     """
-    module, _, name = env_id.rpartition(":")  # "module:Name-v0" imports the module first
-    try:
-        if module:
-            importlib.import_module(module)
+    with making(env_id, " to draw") as name:
         env = gym.make(name, render_mode="rgb_array", **settings)
-    except (gym.error.Error, ImportError, TypeError, ValueError) as error:
-        raise PoliteError(f"cannot make {env_id!r} to draw: {one_line(error)}") from error
     with closing(env):
         world: Any = env.unwrapped
         if hasattr(world, "render_state"):

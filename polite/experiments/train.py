@@ -35,9 +35,8 @@ from polite.methods.presets import EnvPreset, preset_of
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
 from polite.policies.policy import save_policy
-from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
+from polite.policies.vec_env import make_vec_env
 from polite.rewards.files import save_reward_model
-from polite.types import PoliteError
 
 RESULTS = "results.json"
 CHECKPOINT = Path("models", "pebble.pt")
@@ -85,7 +84,7 @@ def run_train(config: TrainConfig) -> Path:
     make_env = _env_maker(config, preset)
     start = _learner(config, preset, make_env)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
-        _check_env(env)
+        _ = env.time_limit  # without one episodes might last for ever
     claim_folder(config.out, _identity(config), config.resume)
     with make_progress() as progress, one_torch_thread():
         if (config.out / RESULTS).exists():
@@ -121,17 +120,6 @@ def _identity(config: TrainConfig) -> Results:
 def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
     """How this run's envs are made."""
     return lambda count, seed: make_vec_env(config.env, count, seed, **preset.settings)
-
-
-def _check_env(env: GymnasiumVecEnv) -> None:
-    """Refuse an env whose episodes may last for ever: they could not be evaluated.
-
-    Raises:
-        PoliteError: if it has no time limit.
-    """
-    spec = env.vector_env.spec
-    if spec is None or spec.max_episode_steps is None:
-        raise PoliteError(f"{spec and spec.id}: no time limit; register it with max_episode_steps")
 
 
 def _reporter(progress: Progress) -> Report:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ def draw_strip(
     axes = figure.subplots(rows + 1, 1, height_ratios=[ratio] * rows + [0.15])
     steps = np.linspace(0, len(frames) - 1, rows).round().astype(int)
     for ax, step in zip(axes[:rows], steps, strict=True):
-        _draw_frame(ax, frames[step], step * seconds, _signs(windows, int(step)))
+        draw_frame(ax, frames[step], step * seconds, _signs(windows, int(step)))
     axes[0].set_title(title)
     draw_timeline(axes[rows], len(frames), windows, seconds)
 
@@ -76,7 +76,15 @@ def draw_timeline(ax: Axes, steps: int, windows: Windows, seconds: float) -> Axe
     return ax
 
 
-def _draw_frame(ax: Axes, frame: Frames, time: float, signs: list[str]) -> None:
+def draw_frame(ax: Axes, frame: Frames, time: float, signs: Sequence[str] = ()) -> None:
+    """One frame with its time, and the highlights that it is part of.
+
+    Args:
+        ax: Where to draw.
+        frame: (h, w, 3).
+        time: When it is [s].
+        signs: "positive", "negative".
+    """
     ax.imshow(frame, aspect="equal", interpolation="antialiased")
     ax.set(xticks=[], yticks=[])
     ax.grid(False)

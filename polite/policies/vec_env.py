@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -15,7 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from polite.files import one_line
+from polite.env_ids import making
 from polite.types import NotFiniteError, PoliteError
 
 
@@ -53,6 +51,20 @@ class GymnasiumVecEnv(VecEnv):
         self.last_info: dict[str, Any] = {}
         self._seed: int | None = seed
         self._actions: NDArray[Any] = np.zeros(0)
+
+    @property
+    def time_limit(self) -> int:
+        """Steps after which an episode is cut off.
+
+        Raises:
+            PoliteError: The env has no limit, so that an episode may last for ever.
+        """
+        spec = self.vector_env.spec
+        if spec is None or spec.max_episode_steps is None:
+            raise PoliteError(
+                f"{spec and spec.id}: no time limit; register it with max_episode_steps"
+            )
+        return spec.max_episode_steps
 
     def reset(self) -> NDArray[Any]:
         """Begin an episode in every env; returns (N, n) observations."""
@@ -134,46 +146,20 @@ def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> Gymnasi
     Raises:
         PoliteError: The id or a setting is unknown, or the env's actions are not continuous.
     """
-    module, _, name = env_id.rpartition(":")  # "module:Name-v0" imports the module first
-    try:
-        if module:
-            importlib.import_module(module)
-        spec = gym.spec(name)
-        mode: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP}
-        with _quiet_models(spec):
-            if _has_mode(spec):
-                env = gym.make_vec(name, count, **mode, **settings)
-            else:
-                env = gym.make_vec(
-                    name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
-                )
-    except (gym.error.Error, ImportError, TypeError, ValueError) as error:
-        raise PoliteError(f"cannot make {env_id!r}: {one_line(error)}") from error
+    mode: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP}
+    with making(env_id) as name:
+        if _has_mode(gym.spec(name)):
+            env = gym.make_vec(name, count, **mode, **settings)
+        else:
+            env = gym.make_vec(
+                name, count, vectorization_mode="sync", vector_kwargs=mode, **settings
+            )
     if not isinstance(env.single_action_space, gym.spaces.Box):
         env.close()
         raise PoliteError(
             f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
         )
     return GymnasiumVecEnv(env, seed)
-
-
-@contextmanager
-def _quiet_models(spec: EnvSpec) -> Iterator[None]:
-    """Keep MuJoCo's compiler still while Gymnasium's models are read.
-
-    MuJoCo 4 finds something to warn about in HalfCheetah's, every time: on the terminal, over the
-    progress bars, and in a MUJOCO_LOG.TXT where the program runs.
-    """
-    if "mujoco" not in str(spec.entry_point):
-        yield
-        return
-    mujoco = importlib.import_module("mujoco")
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda message: None)
-    try:
-        yield
-    finally:
-        mujoco.set_mju_user_warning(before)
 
 
 def _has_mode(spec: EnvSpec) -> bool:

@@ -1,0 +1,134 @@
+"""An episode of a trained policy, to look at: its frames, and under them what every step paid."""
+
+from __future__ import annotations
+
+import math
+from contextlib import closing
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from polite.clips import Frames, renderer, write_clip
+from polite.experiments.judge import EVALUATION_SEED
+from polite.experiments.runner import make_progress
+from polite.experiments.trained import Trained, read_trained
+from polite.files import write_atomically
+from polite.plots.episode import FRAMES, Traces, below_frames, draw_episode
+from polite.plots.style import STYLE, WIDTH
+from polite.rewards.network import predict
+from polite.rollouts import collect
+from polite.study.video import check_ffmpeg, pad_to_even, write_video
+from polite.types import PoliteError, Trajectory
+
+CLIPS: Final = (".webp", ".gif", ".mp4")
+PICTURES: Final = (".png", ".pdf")
+CLIP_FPS: Final = 25.0
+"""At most so many frames a second; of faster envs only every second, third, … step is drawn."""
+
+
+def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
+    """Draw an episode of a trained policy, its most likely actions, with what each step paid.
+
+    Args:
+        folder: of `polite train`, or `models/RUN` in the folder of `polite benchmark`.
+        out: a clip in real time (.webp, .gif, .mp4), or a picture with some of the frames (.png,
+            .pdf); if not given, `episode.webp` beside the models.
+        seed: which episode; that of a training's own seed is the first of those that judged it.
+
+    Returns:
+        The path of the clip or picture.
+
+    Raises:
+        PoliteError: if there is no finished training, the ending is another, or the env's states
+            cannot be drawn here. Nothing is written then.
+    """
+    trained = read_trained(folder)
+    out = out or trained.models / "episode.webp"
+    _check_ending(out)
+    with renderer(trained.env) as (render, pace), make_progress() as progress:
+        episode = play(trained, seed)
+        steps = _steps(len(episode), pace, still=out.suffix in PICTURES)
+        frames = np.stack(
+            [
+                render(episode.states[step], episode.states[: step + 1, :2])
+                for step in progress.track(steps, description="drawing")
+            ]
+        )
+        traces = paid(trained, episode)
+        title = f"{trained.title}: return {episode.rewards.sum():,.0f} in {len(episode):,} steps"
+        progress.add_task(f"writing {out}", total=None)
+        with rc_context(STYLE):
+            if out.suffix in PICTURES:
+                figure = _picture(frames, steps, traces, 1.0 / pace, title)
+                write_atomically(out, figure.savefig)
+            else:
+                shown = below_frames(frames, steps, traces, 1.0 / pace, title)
+                _write_clip(out, shown, pace / _stride(pace))
+    return out
+
+
+def play(trained: Trained, seed: int) -> Trajectory:
+    """One whole episode of the most likely actions.
+
+    Args:
+        trained: whose.
+        seed: which episode.
+    """
+    with closing(trained.make_env(1, 0)) as env:
+        act = trained.policy.mean_action
+        return collect(env.vector_env, act, env.time_limit, seed + EVALUATION_SEED)[0]
+
+
+def paid(trained: Trained, episode: Trajectory) -> Traces:
+    """(T,) the true reward of every step, and r̂ where a reward model paid."""
+    traces: dict[str, NDArray[Any]] = {"true reward": episode.rewards}
+    if trained.reward is not None:
+        traces["r̂"] = predict(trained.reward, episode.observations, episode.actions)
+    return traces
+
+
+def _check_ending(out: Path) -> None:
+    """Refuse a format that cannot be written, before an episode is played.
+
+    Raises:
+        PoliteError: with what would do.
+    """
+    if out.suffix not in CLIPS + PICTURES:
+        raise PoliteError(f"{out}: expected an ending of {', '.join(CLIPS + PICTURES)}")
+    if out.suffix == ".mp4":
+        check_ffmpeg()
+
+
+def _stride(pace: float) -> int:
+    """Steps from one frame of a clip to the next."""
+    return math.ceil(pace / CLIP_FPS)
+
+
+def _steps(count: int, pace: float, *, still: bool) -> list[int]:
+    """The steps that are drawn."""
+    if not still:
+        return list(range(0, count, _stride(pace)))
+    return sorted({round(step) for step in np.linspace(0, count - 1, FRAMES).tolist()})
+
+
+def _picture(
+    frames: Frames, steps: list[int], traces: Traces, seconds: float, title: str
+) -> Figure:
+    shape = frames.shape[1] / frames.shape[2]
+    figure = Figure(figsize=(WIDTH, WIDTH / len(steps) * shape + 1.1 * len(traces) + 0.5))
+    FigureCanvasAgg(figure)
+    draw_episode(figure, frames, steps, traces, seconds)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=8.5, fontweight="bold")
+    return figure
+
+
+def _write_clip(out: Path, frames: Frames, fps: float) -> None:
+    if out.suffix == ".mp4":
+        write_video(out, pad_to_even(frames), fps)
+    else:
+        write_clip(out, frames, fps)

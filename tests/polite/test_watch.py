@@ -1,0 +1,213 @@
+import json
+
+import gymnasium as gym
+import imageio.v3 as iio
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+from stub_envs import PointEnv
+
+from polite.experiments.benchmark.grid import Run
+from polite.experiments.judge import judge
+from polite.experiments.trained import read_trained
+from polite.experiments.watch import paid, play, watch
+from polite.files import write_json
+from polite.plots.episode import below_frames
+from polite.policies.policy import GaussianPolicy, save_policy
+from polite.rewards.files import save_reward_model
+from polite.rewards.network import FAST, RewardNet, predict
+from polite.types import PoliteError
+
+LIMIT = 30
+
+
+class DrawnPointEnv(PointEnv):
+    """A point that can be drawn: the further to the right, the brighter; 50 steps a second."""
+
+    metadata = {"render_modes": ["rgb_array"]}  # noqa: RUF012 (Gymnasium's own form)
+    dt = 0.02
+
+    def __init__(self, render_mode=None) -> None:
+        self.render_mode = render_mode
+
+    def state_row(self):
+        return np.array([self.place, 0.0])
+
+    def render_state(self, row, trail):
+        return np.full((48, 201, 3), 100 + 50 * row[0], np.uint8)
+
+
+class WalledPointEnv(DrawnPointEnv):
+    """The same, but an episode ends at .5."""
+
+    def step(self, action):
+        observation, reward, _, _, info = super().step(action)
+        return observation, reward, self.place > 0.5, False, info
+
+
+if "DrawnPoint-v0" not in gym.registry:
+    gym.register("DrawnPoint-v0", entry_point=DrawnPointEnv, max_episode_steps=LIMIT)
+    gym.register("WalledPoint-v0", entry_point=WalledPointEnv, max_episode_steps=LIMIT)
+
+
+def save_models(folder, observations=1):
+    """A policy that goes to the right, .2 a step, and a reward model."""
+    zeros = np.zeros((1, observations), np.float32)
+    one = np.ones(1)
+    policy = GaussianPolicy(
+        weights=(zeros, np.array([1.0], np.float32)),
+        activation="tanh",
+        log_std=np.zeros(1, np.float32),
+        mean=np.zeros(observations),
+        variance=np.ones(observations),
+        low=-one.astype(np.float32),
+        high=one.astype(np.float32),
+    )
+    save_policy(folder / "policy.pt", policy)
+    net = RewardNet(observations, 1, FAST, torch.Generator().manual_seed(0))
+    save_reward_model(folder / "reward.pt", net)
+
+
+def training(folder, env="DrawnPoint-v0", method="polite"):
+    save_models(folder / "models")
+    config = {"env": env, "method": method, "queries": 20, "seed": 4}
+    write_json(folder / "results.json", {"config": config})
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("env", "steps"), [("DrawnPoint-v0", range(30, 31)), ("WalledPoint-v0", range(8))]
+)
+def test_the_episode_is_the_one_that_judged_the_policy(tmp_path, env, steps) -> None:
+    trained = read_trained(training(tmp_path, env))
+    episode = play(trained, 4)
+    judged = judge(trained.make_env, trained.policy, 1, 4)
+    assert episode.rewards.sum() == pytest.approx(judged["return"], rel=1e-12)
+    assert len(episode) == judged["length"]
+    assert len(episode) in steps
+
+
+def test_what_is_paid_is_the_true_reward_and_the_model_s(tmp_path) -> None:
+    trained = read_trained(training(tmp_path))
+    episode = play(trained, 0)
+    traces = paid(trained, episode)
+    assert list(traces) == ["true reward", "r̂"]
+    np.testing.assert_array_equal(traces["true reward"], episode.rewards)
+    expected = predict(trained.reward, episode.observations, episode.actions)
+    np.testing.assert_array_equal(traces["r̂"], expected)
+
+
+def test_without_a_reward_model_the_true_reward_stands_alone(tmp_path) -> None:
+    folder = training(tmp_path, method="ground-truth")
+    (folder / "models" / "reward.pt").unlink()
+    trained = read_trained(folder)
+    assert trained.title == "DrawnPoint-v0, ground-truth, seed 4"
+    assert list(paid(trained, play(trained, 0))) == ["true reward"]
+
+
+@pytest.mark.parametrize("ending", ["gif", "mp4"])
+def test_a_clip_shows_the_episode_in_real_time(tmp_path, ending) -> None:
+    """50 steps a second: every second one is a frame."""
+    folder = training(tmp_path / "run")
+    out = watch(folder, tmp_path / f"clip.{ending}")
+    plugin = "FFMPEG" if ending == "mp4" else "pillow"
+    frames = np.asarray(list(iio.imiter(out, plugin=plugin)))[..., :3]
+    meta = iio.immeta(out, plugin=plugin)
+    assert len(frames) == LIMIT / 2
+    assert (meta["fps"] if ending == "mp4" else 1000 / meta["duration"]) == 25
+    states = play(read_trained(folder), 0).states[::2]
+    brightness = frames[:, :40, :200].mean((1, 2, 3))
+    np.testing.assert_allclose(brightness, 100 + 50 * states[:, 0], atol=3)
+
+
+def test_without_a_path_the_clip_lies_beside_the_models(tmp_path) -> None:
+    out = watch(training(tmp_path))
+    assert out == tmp_path / "models" / "episode.webp"
+    with Image.open(out) as clip:
+        assert clip.n_frames == LIMIT / 2
+
+
+def test_a_picture_has_some_of_the_frames(tmp_path) -> None:
+    out = watch(training(tmp_path / "run"), tmp_path / "episode.png")
+    with Image.open(out) as picture:
+        assert picture.width > 1000
+    assert watch(tmp_path / "run", tmp_path / "episode.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path) -> None:
+    run = Run(
+        env="Walker2d-v5",
+        method="polite",
+        queries=200,
+        loss="pairwise",
+        highlights="choice",
+        preset="fast",
+        steps=1000,
+        variant="no-termination",
+        seed=3,
+    )
+    folder = tmp_path / "models" / run.name
+    save_models(folder)
+    write_json(tmp_path / "runs" / f"{run.name}.json", {"run": run.as_dict()})
+    trained = read_trained(folder)
+    assert trained.env == "Walker2d-v5"
+    assert trained.title == "Walker2d-v5, polite-200, choice, no-termination, seed 3"
+    env = trained.make_env(1, 0)
+    assert env.vector_env.envs[0].unwrapped._terminate_when_unhealthy is False
+    env.close()
+
+
+def test_the_line_under_a_frame_is_where_its_step_is() -> None:
+    """And the frames themselves stay as they are."""
+    frames = np.random.default_rng(0).integers(0, 255, (3, 40, 300, 3)).astype(np.uint8)
+    steps, values = [0, 50, 99], np.zeros(100)
+    pictures = below_frames(frames, steps, {"true reward": values, "r̂": values}, 0.1, "title")
+    np.testing.assert_array_equal(pictures[:, :40], frames)
+    panels = pictures[:, 40:].astype(int)
+    changed = [np.flatnonzero((panels[k] != panels[1]).any((0, 2))) for k in (0, 2)]
+    left, middle, right = changed[0].min(), changed[0].max(), changed[1].max()
+    assert middle == changed[1].max() - (right - middle)
+    assert (middle - left) / (right - left) == pytest.approx(50 / 99, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["clip.avi", "clip", "clip.jpg"])
+def test_another_ending_is_refused(tmp_path, name) -> None:
+    with pytest.raises(PoliteError, match=r"expected an ending of \.webp"):
+        watch(training(tmp_path / "run"), tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+def test_an_env_that_cannot_be_drawn_is_refused(tmp_path) -> None:
+    folder = training(tmp_path, env="Pendulum-v1")
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(PoliteError, match="expected an env with render_state"):
+        watch(folder)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_folder_without_a_policy_is_refused(tmp_path) -> None:
+    with pytest.raises(PoliteError, match=r"no trained policy; give a folder of `polite train`"):
+        watch(tmp_path)
+
+
+@pytest.mark.parametrize("content", [None, "{", "[]", "{}", '{"config": 3}', '{"config": {}}'])
+def test_a_damaged_training_is_a_one_line_error(tmp_path, content) -> None:
+    folder = training(tmp_path)
+    path = folder / "results.json"
+    path.unlink() if content is None else path.write_text(content, encoding="utf-8")
+    with pytest.raises(PoliteError, match=r"results\.json") as caught:
+        watch(folder)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("change", [{"env": 7}, {"budget": 3}, {"preset": "none"}])
+def test_a_damaged_record_is_a_one_line_error(tmp_path, change) -> None:
+    folder = tmp_path / "models" / "some"
+    save_models(folder)
+    record = json.loads("""{"env": "Walker2d-v5", "method": "ground-truth", "queries": 0,
+        "loss": null, "highlights": null, "preset": "fast", "steps": 9}""")
+    write_json(tmp_path / "runs" / "some.json", {"run": record | change})
+    with pytest.raises(PoliteError) as caught:
+        watch(folder)
+    assert "\n" not in str(caught.value)
