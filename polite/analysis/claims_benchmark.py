@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from polite.analysis.benchmark_records import (
+    DECAYING,
     ENSEMBLE,
     ENSEMBLE_ENDS,
     EQUAL_UPDATES,
@@ -43,9 +44,9 @@ UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
-PLAIN, BAR = ("",), ("", ENSEMBLE, ENSEMBLE_ENDS)
+PLAIN, BAR = ("",), ("", ENSEMBLE, ENSEMBLE_ENDS, DECAYING)
 """Variants in which our form is judged: against its controls, and against its bar. Both sides have
-an ensemble, or clips that show the ends, or neither has."""
+an ensemble, or clips that show the ends, or answers until the training ends, or neither has."""
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
 NO_WORSE = (

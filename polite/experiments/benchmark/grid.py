@@ -34,7 +34,8 @@ class Run:
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
     the reward model gets as many gradient updates after each session as with 200 queries.
     "ensemble": the mean of five reward models pays the policy. "ensemble-ends": that, and clips
-    may be cut short by an episode's early end, so that answers say what it costs."""
+    may be cut short by an episode's early end, so that answers say what it costs. "decaying": the
+    teacher is asked until the training ends, ever more rarely."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -223,6 +224,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("polite", 200, form="choice", **_ENDS),
                     *_cell("preferences", 262, **_ENDS),
                     *_cell("preferences", 800, **_ENDS),
+                    *_cell("polite", 200, form="choice", variant="decaying"),
+                    *_cell("preferences", 262, variant="decaying"),
+                    *_cell("preferences", 800, variant="decaying"),
                     *_cell("polite", 100, form="choice"),
                     *_cell("polite", 400, form="choice"),
                     *_cell("preferences", 525),

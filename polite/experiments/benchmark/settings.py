@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
+from polite.experiments.train_settings import SCHEDULES
 from polite.methods.config import METHODS, LearningConfig, Schedule
 from polite.methods.pebble_config import (
     PEBBLE_METHODS,
@@ -34,6 +35,7 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "equal-updates": {},
     "ensemble": {},
     "ensemble-ends": {},
+    "decaying": {},
 }
 """Keywords of the env in each variant."""
 ENSEMBLES: Final = ("ensemble", "ensemble-ends")
@@ -74,6 +76,8 @@ def _schedule(run: Run) -> Schedule:
     epochs = SMOKE if run.preset == "smoke" else {}
     if run.variant == "equal-updates":
         return EqualUpdates(reference=EQUAL_UPDATES, **epochs)
+    if run.variant == "decaying":
+        return replace(SCHEDULES["decaying"], **epochs)
     return Schedule(**epochs, show_ends=run.variant == "ensemble-ends")
 
 
@@ -83,7 +87,7 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.variant in ("equal-updates", *ENSEMBLES):
+    if run.variant in ("equal-updates", "decaying", *ENSEMBLES):
         raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     preset = env_preset(run)
     config = pebble_config(
