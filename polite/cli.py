@@ -107,7 +107,7 @@ class Watch:
     """Folder of `polite train`, or models/RUN in the folder of `polite benchmark`."""
     out: Path | None = None
     """A clip in real time (.webp, .gif; .mp4 with the extra `video`), or a picture of some frames
-    (.png, .pdf); episode.webp beside the models if not given."""
+    (.png, .pdf); episode_SEED.webp beside the models if not given."""
     seed: int = 0
     """Which episode."""
 

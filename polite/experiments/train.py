@@ -17,6 +17,7 @@ import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
 from polite.experiments.judge import judge, outcomes
+from polite.experiments.models import save_models
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
 from polite.experiments.train_config import TrainConfig
@@ -34,9 +35,7 @@ from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
-from polite.policies.policy import save_policy
 from polite.policies.vec_env import make_vec_env
-from polite.rewards.files import save_reward_model
 
 RESULTS = "results.json"
 CHECKPOINT = Path("models", "pebble.pt")
@@ -84,7 +83,7 @@ def run_train(config: TrainConfig) -> Path:
     make_env = _env_maker(config, preset)
     start = _learner(config, preset, make_env)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
-        _ = env.time_limit  # without one episodes might last for ever
+        env.check_time_limit()
     claim_folder(config.out, _identity(config), config.resume)
     with make_progress() as progress, one_torch_thread():
         if (config.out / RESULTS).exists():
@@ -149,9 +148,7 @@ def _results(learned: Learned) -> Results:
 
 def _write(folder: Path, learned: Learned, results: Results) -> None:
     """Write models, data, the figure, and at last the results."""
-    save_policy(folder / "models" / "policy.pt", learned.policy)
-    if learned.reward is not None:
-        save_reward_model(folder / "models" / "reward.pt", learned.reward)
+    save_models(folder / "models", learned.policy, learned.reward)
     if learned.feedback is not None:
         save_feedback(folder / "data", **vars(learned.feedback))
     draw_learning_curve(folder / "figures" / "learning_curve.png", results)

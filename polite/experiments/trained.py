@@ -1,4 +1,4 @@
-"""What a finished training left, read back: its policy, its reward model, how its envs are made."""
+"""A finished training, read back: its policy, its reward model, how its envs are made."""
 
 from __future__ import annotations
 
@@ -11,18 +11,16 @@ from typing import Any, Final
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.settings import env_maker, env_preset
+from polite.experiments.models import POLICY, Reward, load_models
 from polite.files import one_line, read_json_object
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import preset_of
-from polite.policies.policy import Policy, load_policy
+from polite.policies.policy import Policy
 from polite.policies.vec_env import make_vec_env
-from polite.rewards.files import load_reward_model
-from polite.rewards.network import RewardModel
 from polite.types import InvalidValueError, PoliteError
 
-POLICY: Final = "policy.pt"
-REWARD: Final = "reward.pt"
-_WHERE: Final = "give a folder of `polite train`, or models/RUN of a folder of `polite benchmark`"
+_UNASKED: Final = ("ground-truth", "sac", "untrained")
+_FINISH: Final = "finish the training with --resume"
 
 
 @dataclass(frozen=True)
@@ -34,8 +32,7 @@ class Trained:
     make_env: MakeEnv
     """Makes envs as they were in the training."""
     policy: Policy
-    reward: RewardModel | None
-    """None where the env's own reward paid."""
+    reward: Reward
     title: str
     """Env, method and seed."""
     models: Path
@@ -51,23 +48,30 @@ def read_trained(folder: Path) -> Trained:
     Raises:
         PoliteError: if it is neither, the training is not finished, or a file is damaged.
     """
+    folder = folder.absolute()  # a grid's record lies beside its models
     if (folder / "models" / POLICY).is_file():
         return _of_training(folder)
     if (folder / POLICY).is_file():
         return _of_grid(folder)
-    raise PoliteError(f"{folder} holds no trained policy; {_WHERE}")
+    raise PoliteError(
+        f"{folder} holds no trained policy; give the folder of a finished `polite train`, or "
+        "models/RUN in the folder of `polite benchmark`"
+    )
 
 
 def _of_training(folder: Path) -> Trained:
     with _settings(folder / "results.json", "config") as config:
-        env, method, settings = config["env"], config["method"], preset_of(config["env"]).settings
-        budget = "" if method in ("ground-truth", "sac") else f"-{config['queries']}"
-        title = f"{env}, {method}{budget}, seed {config['seed']}"
-    return _read(
-        folder / "models",
-        env,
-        lambda count, seed: make_vec_env(env, count, seed, **settings),
-        title,
+        env, method, seed = config["env"], config["method"], config["seed"]
+        label = method if method in _UNASKED else f"{method}-{config['queries']}"
+        settings = preset_of(env).settings
+    policy, reward = load_models(folder / "models")
+    return Trained(
+        env=env,
+        make_env=lambda count, seed: make_vec_env(env, count, seed, **settings),
+        policy=policy,
+        reward=reward,
+        title=f"{env}, {label}, seed {seed}",
+        models=folder / "models",
     )
 
 
@@ -75,8 +79,16 @@ def _of_grid(folder: Path) -> Trained:
     with _settings(folder.parent.parent / "runs" / f"{folder.name}.json", "run") as settings:
         run = Run(**settings)
         make_env = env_maker(run, env_preset(run))
-        parts = (run.env, run.label, run.highlights, run.variant, f"seed {run.seed}")
-    return _read(folder, run.env, make_env, ", ".join(part for part in parts if part))
+    parts = (run.env, run.label, run.highlights, run.variant, f"seed {run.seed}")
+    policy, reward = load_models(folder)
+    return Trained(
+        env=run.env,
+        make_env=make_env,
+        policy=policy,
+        reward=reward,
+        title=", ".join(part for part in parts if part),
+        models=folder,
+    )
 
 
 @contextmanager
@@ -86,20 +98,12 @@ def _settings(path: Path, name: str) -> Iterator[dict[str, Any]]:
     Raises:
         PoliteError: naming the file.
     """
-    content = read_json_object(path, _WHERE)
+    content = read_json_object(path, _FINISH)
     try:
         yield content[name]
-    except (AttributeError, KeyError, TypeError, InvalidValueError) as error:
-        raise PoliteError(f"{path}: expected {name!r} of a training ({one_line(error)})") from error
-
-
-def _read(models: Path, env: str, make_env: MakeEnv, title: str) -> Trained:
-    rewarded = (models / REWARD).exists()
-    return Trained(
-        env=env,
-        make_env=make_env,
-        policy=load_policy(models / POLICY),
-        reward=load_reward_model(models / REWARD) if rewarded else None,
-        title=title,
-        models=models,
-    )
+    except KeyError as error:
+        raise PoliteError(f"{path}: expected {error}, which it lacks; {_FINISH}") from error
+    except (AttributeError, TypeError, InvalidValueError) as error:
+        raise PoliteError(
+            f"{path}: expected the settings of a training, {name!r} ({one_line(error)}); {_FINISH}"
+        ) from error

@@ -23,7 +23,7 @@ from polite.plots.style import STYLE, WIDTH
 from polite.rewards.network import predict
 from polite.rollouts import collect
 from polite.study.video import check_ffmpeg, pad_to_even, write_video
-from polite.types import PoliteError, Trajectory
+from polite.types import InvalidValueError, PoliteError, Trajectory
 
 CLIPS: Final = (".webp", ".gif", ".mp4")
 PICTURES: Final = (".png", ".pdf")
@@ -37,19 +37,19 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
     Args:
         folder: of `polite train`, or `models/RUN` in the folder of `polite benchmark`.
         out: a clip in real time (.webp, .gif, .mp4), or a picture with some of the frames (.png,
-            .pdf); if not given, `episode.webp` beside the models.
-        seed: which episode; that of a training's own seed is the first of those that judged it.
+            .pdf); if not given, `episode_SEED.webp` beside the models.
+        seed: which episode; that of a training's own seed starts as the first that judged it.
 
     Returns:
         The path of the clip or picture.
 
     Raises:
-        PoliteError: if there is no finished training, the ending is another, or the env's states
-            cannot be drawn here. Nothing is written then.
+        PoliteError: if there is no finished training, the seed is below 0, the ending is another,
+            or the env's states cannot be drawn here. Nothing is written then.
     """
     trained = read_trained(folder)
-    out = out or trained.models / "episode.webp"
-    _check_ending(out)
+    out = out or trained.models / f"episode_{seed}.webp"
+    _check(out, seed)
     with renderer(trained.env) as (render, pace), make_progress() as progress:
         episode = play(trained, seed)
         steps = _steps(len(episode), pace, still=out.suffix in PICTURES)
@@ -61,7 +61,7 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
         )
         traces = paid(trained, episode)
         title = f"{trained.title}: return {episode.rewards.sum():,.0f} in {len(episode):,} steps"
-        progress.add_task(f"writing {out}", total=None)
+        writing = progress.add_task(f"writing {out.name}", total=None)
         with rc_context(STYLE):
             if out.suffix in PICTURES:
                 figure = _picture(frames, steps, traces, 1.0 / pace, title)
@@ -69,6 +69,7 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
             else:
                 shown = below_frames(frames, steps, traces, 1.0 / pace, title)
                 _write_clip(out, shown, pace / _stride(pace))
+        progress.update(writing, total=1, completed=1)
     return out
 
 
@@ -81,7 +82,8 @@ def play(trained: Trained, seed: int) -> Trajectory:
     """
     with closing(trained.make_env(1, 0)) as env:
         act = trained.policy.mean_action
-        return collect(env.vector_env, act, env.time_limit, seed + EVALUATION_SEED)[0]
+        longest = env.check_time_limit()  # the first episode is over by then
+        return collect(env.vector_env, act, longest, seed + EVALUATION_SEED)[0]
 
 
 def paid(trained: Trained, episode: Trajectory) -> Traces:
@@ -92,12 +94,14 @@ def paid(trained: Trained, episode: Trajectory) -> Traces:
     return traces
 
 
-def _check_ending(out: Path) -> None:
-    """Refuse a format that cannot be written, before an episode is played.
+def _check(out: Path, seed: int) -> None:
+    """Refuse what cannot be done, before an episode is played.
 
     Raises:
         PoliteError: with what would do.
     """
+    if seed < 0:
+        raise InvalidValueError(f"seed: expected a whole number of at least 0, got {seed}")
     if out.suffix not in CLIPS + PICTURES:
         raise PoliteError(f"{out}: expected an ending of {', '.join(CLIPS + PICTURES)}")
     if out.suffix == ".mp4":

@@ -93,9 +93,9 @@ def below_frames(
     points = axes[0].transData.transform(np.column_stack([times, np.zeros_like(times)]))
     columns = np.clip(points[:, 0].round().astype(int), 1, width - 1)
     rows = slice(*(round(len(panel) - y) for y in (axes[0].bbox.y1, axes[-1].bbox.y0)))
-    pictures = []
-    for frame, column in zip(frames, columns.tolist(), strict=True):
-        here = panel.copy()
-        here[rows, column - 1 : column + 1] = 0
-        pictures.append(np.concatenate([frame, here]))
-    return np.stack(pictures)
+    height = frames.shape[1]
+    pictures = np.empty((len(frames), height + len(panel), width, 3), np.uint8)
+    pictures[:, :height], pictures[:, height:] = frames, panel
+    for picture, column in zip(pictures, columns.tolist(), strict=True):
+        picture[height:][rows, column - 1 : column + 1] = 0
+    return pictures

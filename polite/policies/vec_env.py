@@ -52,8 +52,7 @@ class GymnasiumVecEnv(VecEnv):
         self._seed: int | None = seed
         self._actions: NDArray[Any] = np.zeros(0)
 
-    @property
-    def time_limit(self) -> int:
+    def check_time_limit(self) -> int:
         """Steps after which an episode is cut off.
 
         Raises:

@@ -20,11 +20,11 @@ from polite.report.words import NBSP, number, stored
 Results = Mapping[str, Any]
 
 HEADLINE = ("POLITE-200", "baseline-800")
-BAR: Mapping[str, str] = {
+BAR_QUESTIONS: Mapping[str, str] = {
     "": "Does our own form of the highlights meet its bar?",
     ENSEMBLE: "And where POLITE and the baseline both have five reward models, not one?",
     ENSEMBLE_ENDS: "And where, besides, clips may be cut short by an episode's early end?",
-    DECAYING: "And where both are asked until the training ends, not in its first fifth only?",
+    DECAYING: "And where both are asked, and their models trained, until the very end?",
 }
 """The variants in which our form is judged against its bar."""
 HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
@@ -39,7 +39,7 @@ def benchmark_findings(results: Results) -> Markup:
         _list(_headlines(results), "No env has two runs of both yet: undecided."),
         *(
             part
-            for variant, question in BAR.items()
+            for variant, question in BAR_QUESTIONS.items()
             for part in (
                 element("h3", question),
                 _list(_judged(results, "bar-", variant), "No such cell is finished or planned."),

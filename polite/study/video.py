@@ -42,7 +42,7 @@ def check_ffmpeg() -> None:
         import imageio_ffmpeg
     except ImportError as error:
         raise PoliteError(
-            "videos need imageio-ffmpeg; install it with: pip install 'socialnav-polite[web]'"
+            "videos need imageio-ffmpeg; install it with: pip install imageio-ffmpeg"
         ) from error
     try:
         imageio_ffmpeg.get_ffmpeg_exe()

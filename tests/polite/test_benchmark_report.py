@@ -15,6 +15,7 @@ from page_outline import Outline
 from synthetic_records import synthetic_grid, synthetic_plan, synthetic_record, synthetic_run
 
 from polite.analysis.benchmark_summary import summarise
+from polite.analysis.claims_benchmark import BAR
 from polite.plots.benchmark import (
     draw_cells,
     draw_learning_curves,
@@ -26,7 +27,12 @@ from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import FIGURES
-from polite.report.benchmark_words import benchmark_findings, condition_words, verdict_badge
+from polite.report.benchmark_words import (
+    BAR_QUESTIONS,
+    benchmark_findings,
+    condition_words,
+    verdict_badge,
+)
 from polite.types import PoliteError
 
 GRID, PLAN = synthetic_grid(3), synthetic_plan(4)
@@ -248,3 +254,7 @@ def test_legends_list_the_ceiling_first_and_the_floor_last(results: dict[str, An
     order = [cell["method"] for cell in in_order(cells)]
     assert order[0] == "ground-truth"
     assert order[-1] == "untrained"
+
+
+def test_the_page_tells_of_every_variant_in_which_the_bar_is_judged() -> None:
+    assert tuple(BAR_QUESTIONS) == BAR

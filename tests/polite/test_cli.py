@@ -83,6 +83,10 @@ def test_a_map_of_a_model_of_other_shapes(tmp_path: Path) -> None:
     assert "17 and 6" in line
 
 
+def test_watching_an_empty_folder(tmp_path: Path) -> None:
+    assert "holds no trained policy" in mistake(tmp_path, "watch", tmp_path)
+
+
 def test_a_report_on_an_empty_folder(tmp_path: Path) -> None:
     assert "results.json" in mistake(tmp_path, "report", tmp_path)
 

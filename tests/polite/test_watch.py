@@ -1,7 +1,7 @@
 import json
+from pathlib import Path
 
 import gymnasium as gym
-import imageio.v3 as iio
 import numpy as np
 import pytest
 import torch
@@ -9,7 +9,9 @@ from PIL import Image
 from stub_envs import PointEnv
 
 from polite.experiments.benchmark.grid import Run
+from polite.experiments.benchmark.record import record_path
 from polite.experiments.judge import judge
+from polite.experiments.train import train
 from polite.experiments.trained import read_trained
 from polite.experiments.watch import paid, play, watch
 from polite.files import write_json
@@ -17,7 +19,8 @@ from polite.plots.episode import below_frames
 from polite.policies.policy import GaussianPolicy, save_policy
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import FAST, RewardNet, predict
-from polite.types import PoliteError
+from polite.study.video import read_video
+from polite.types import InvalidValueError, PoliteError
 
 LIMIT = 30
 
@@ -79,7 +82,9 @@ def training(folder, env="DrawnPoint-v0", method="polite"):
 @pytest.mark.parametrize(
     ("env", "steps"), [("DrawnPoint-v0", range(30, 31)), ("WalledPoint-v0", range(8))]
 )
-def test_the_episode_is_the_one_that_judged_the_policy(tmp_path, env, steps) -> None:
+def test_the_episode_is_whole_and_the_first_of_those_that_judged_the_policy(
+    tmp_path, env, steps
+) -> None:
     trained = read_trained(training(tmp_path, env))
     episode = play(trained, 4)
     judged = judge(trained.make_env, trained.policy, 1, 4)
@@ -111,11 +116,8 @@ def test_a_clip_shows_the_episode_in_real_time(tmp_path, ending) -> None:
     """50 steps a second: every second one is a frame."""
     folder = training(tmp_path / "run")
     out = watch(folder, tmp_path / f"clip.{ending}")
-    plugin = "FFMPEG" if ending == "mp4" else "pillow"
-    frames = np.asarray(list(iio.imiter(out, plugin=plugin)))[..., :3]
-    meta = iio.immeta(out, plugin=plugin)
-    assert len(frames) == LIMIT / 2
-    assert (meta["fps"] if ending == "mp4" else 1000 / meta["duration"]) == 25
+    frames, fps = read_video(out)
+    assert (len(frames), fps) == (LIMIT / 2, 25)
     states = play(read_trained(folder), 0).states[::2]
     brightness = frames[:, :40, :200].mean((1, 2, 3))
     np.testing.assert_allclose(brightness, 100 + 50 * states[:, 0], atol=3)
@@ -123,7 +125,7 @@ def test_a_clip_shows_the_episode_in_real_time(tmp_path, ending) -> None:
 
 def test_without_a_path_the_clip_lies_beside_the_models(tmp_path) -> None:
     out = watch(training(tmp_path))
-    assert out == tmp_path / "models" / "episode.webp"
+    assert out == tmp_path / "models" / "episode_0.webp"
     with Image.open(out) as clip:
         assert clip.n_frames == LIMIT / 2
 
@@ -135,7 +137,7 @@ def test_a_picture_has_some_of_the_frames(tmp_path) -> None:
     assert watch(tmp_path / "run", tmp_path / "episode.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path) -> None:
+def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path, monkeypatch) -> None:
     run = Run(
         env="Walker2d-v5",
         method="polite",
@@ -149,13 +151,28 @@ def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path) -> None:
     )
     folder = tmp_path / "models" / run.name
     save_models(folder)
-    write_json(tmp_path / "runs" / f"{run.name}.json", {"run": run.as_dict()})
-    trained = read_trained(folder)
+    write_json(record_path(tmp_path, run), {"run": run.as_dict()})
+    monkeypatch.chdir(folder)
+    trained = read_trained(Path("."))  # wherever one stands
     assert trained.env == "Walker2d-v5"
     assert trained.title == "Walker2d-v5, polite-200, choice, no-termination, seed 3"
     env = trained.make_env(1, 0)
     assert env.vector_env.envs[0].unwrapped._terminate_when_unhealthy is False
     env.close()
+
+
+def test_nobody_was_asked_by_an_untrained_reward(tmp_path) -> None:
+    title = read_trained(training(tmp_path, method="untrained")).title
+    assert title == "DrawnPoint-v0, untrained, seed 4"
+
+
+def test_a_training_in_the_corridor_can_be_watched(tmp_path) -> None:
+    run = tmp_path / "run"
+    train(out=run, queries=4, steps=1, evaluation_episodes=1)
+    out = watch(run, tmp_path / "episode.png")
+    with Image.open(out) as picture:
+        assert len(set(picture.convert("L").getdata())) > 50
+    assert read_trained(run).title == "SocialCorridor-v0, polite-4, seed 0"
 
 
 def test_the_line_under_a_frame_is_where_its_step_is() -> None:
@@ -165,9 +182,9 @@ def test_the_line_under_a_frame_is_where_its_step_is() -> None:
     pictures = below_frames(frames, steps, {"true reward": values, "r̂": values}, 0.1, "title")
     np.testing.assert_array_equal(pictures[:, :40], frames)
     panels = pictures[:, 40:].astype(int)
-    changed = [np.flatnonzero((panels[k] != panels[1]).any((0, 2))) for k in (0, 2)]
-    left, middle, right = changed[0].min(), changed[0].max(), changed[1].max()
-    assert middle == changed[1].max() - (right - middle)
+    first, last = (np.flatnonzero((panels[k] != panels[1]).any((0, 2))) for k in (0, 2))
+    left, middle, right = first.min(), first.max(), last.max()
+    assert last.min() == middle - 1  # a line is two pixels wide
     assert (middle - left) / (right - left) == pytest.approx(50 / 99, abs=0.02)
 
 
@@ -186,8 +203,15 @@ def test_an_env_that_cannot_be_drawn_is_refused(tmp_path) -> None:
     assert sorted(tmp_path.rglob("*")) == before
 
 
+def test_a_seed_below_0_is_refused(tmp_path) -> None:
+    with pytest.raises(InvalidValueError, match="seed: expected a whole number of at least 0"):
+        watch(training(tmp_path), seed=-1)
+
+
 def test_a_folder_without_a_policy_is_refused(tmp_path) -> None:
-    with pytest.raises(PoliteError, match=r"no trained policy; give a folder of `polite train`"):
+    with pytest.raises(
+        PoliteError, match=r"no trained policy; give the folder of a finished `polite train`"
+    ):
         watch(tmp_path)
 
 

@@ -34,8 +34,9 @@ class Run:
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
     the reward model gets as many gradient updates after each session as with 200 queries.
     "ensemble": the mean of five reward models pays the policy. "ensemble-ends": that, and clips
-    may be cut short by an episode's early end, so that answers say what it costs. "decaying": the
-    teacher is asked until the training ends, ever more rarely."""
+    may be cut short by an episode's early end, so that answers say what it costs. "decaying": a
+    quarter of the queries before the training, the rest until it ends, in 20 sessions; so the
+    reward model is updated more often as well."""
     seed: int = 0
     """Everything random follows from it."""
 

@@ -28,13 +28,12 @@ from polite.experiments.benchmark.settings import (
     pebble_settings,
 )
 from polite.experiments.judge import judge
+from polite.experiments.models import save_models
 from polite.experiments.workers import one_torch_thread
 from polite.files import one_line
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import Learned, MakeEnv, learn
-from polite.policies.policy import save_policy
-from polite.rewards.files import save_reward_model
 from polite.types import NotFiniteError
 
 EPISODES = 20
@@ -151,7 +150,5 @@ def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Reco
 def _models(learned: Learned) -> dict[str, bytes]:
     """The models' files, which are small enough to be sent."""
     with TemporaryDirectory() as folder:
-        save_policy(Path(folder) / "policy.pt", learned.policy)
-        if learned.reward is not None:
-            save_reward_model(Path(folder) / "reward.pt", learned.reward)
+        save_models(Path(folder), learned.policy, learned.reward)
         return {path.name: path.read_bytes() for path in sorted(Path(folder).iterdir())}
