@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from gymnasium import Space
 from gymnasium.vector import SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
@@ -28,6 +30,18 @@ def state_rows(env: VectorEnv[Any, Any, Any]) -> NDArray[np.float64] | None:
             if hasattr(env.envs[0].unwrapped, name):
                 return np.stack([getattr(e.unwrapped, name)() for e in env.envs])
     return None
+
+
+def act_randomly(space: Space[Any], seed: int) -> Act:
+    """Actions that see nothing: uniform within the bounds, where there are any.
+
+    Args:
+        space: Of one env's actions, (v,).
+        seed: Of the draws.
+    """
+    space = deepcopy(space)  # an env's own draws are left alone
+    space.seed(seed)
+    return lambda observations: np.stack([space.sample() for _ in observations], dtype=np.float32)
 
 
 def collect(

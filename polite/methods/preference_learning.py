@@ -28,7 +28,7 @@ from polite.rewards.data import PreferenceData, stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, train_ensemble
 from polite.rewards.network import RewardNet, normalise, predict
 from polite.rewards.trainer import RewardTrainingConfig, train_reward
-from polite.rollouts import collect
+from polite.rollouts import Act, act_randomly, collect
 from polite.segments import cut_segments
 from polite.types import Floats32, SegmentPool
 
@@ -40,6 +40,8 @@ Report = Callable[[str, float], object]
 """Told what is happening, and the share of all policy steps that is done, in [0, 1]."""
 Follow = Callable[[Sequence[Mapping[str, float]]], object]
 """Given the finished training episodes so far, now and then."""
+RANDOM_SEGMENTS = 100
+"""Segments of random actions that the reward model's input statistics are those of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +61,7 @@ class Learned:
     policy_steps: int
     """PPO steps, in whole rollouts."""
     collection_steps: int
-    """Env steps spent on collecting segments, beside the policy steps."""
+    """Env steps spent on collecting segments, random ones included, beside the policy steps."""
     session_policy: Policy | None = None
     """The policy as it was when segments were collected for the last time; None if never."""
 
@@ -74,8 +76,10 @@ def learn(
 ) -> Learned:
     """Train a policy by one of the methods.
 
-    The reward model's input statistics are fixed on the first session's segments, which the
-    untrained method collects too: at the start every method has the same reward model.
+    The reward model's input statistics are fixed on `RANDOM_SEGMENTS` of random actions: at the
+    start every method has the same reward model. (The first policy's own segments would not do:
+    where it hardly moves, as the preset's does on HalfCheetah, what later policies do would be tens
+    of their standard deviations away.)
 
     Args:
         make_env: makes the envs.
@@ -108,7 +112,7 @@ class _Learner:
         report: Report,
         follow: Follow,
     ) -> None:
-        env, policy, weights, batches, samples, answers = independent_seeds(seed, 6)
+        env, policy, weights, batches, samples, answers, inputs = independent_seeds(seed, 7)
         self._make_env, self._make_teacher = make_env, make_teacher
         self._config, self._report, self._follow = config, report, follow
         self._env = make_env(config.ppo.num_envs, env)
@@ -118,6 +122,7 @@ class _Learner:
         self._batches = torch_generator(batches)
         self._samples = np.random.default_rng(samples)
         self._answers = np.random.default_rng(answers)
+        self._inputs = np.random.default_rng(inputs)
         self._history = FeedbackHistory(config.schedule.recent_sessions)
         self._teacher: Teacher | None = None
         self._held: list[int] = []
@@ -127,7 +132,9 @@ class _Learner:
     def run(self) -> Learned:
         """Ask and train by turns, then train the policy to the end."""
         config = self._config
-        sessions = self._sessions()
+        if not config.method.true_reward:
+            self._fix_statistics()
+        sessions = config.schedule.plan(config.queries, config.steps) if config.method.asks else []
         for number, session in enumerate(sessions, 1):
             self._train_policy(session.at)
             self._hold(session, f"session {number} of {len(sessions)}")
@@ -147,54 +154,49 @@ class _Learner:
         """Close the envs."""
         self._env.close()
 
-    def _sessions(self) -> list[Session]:
-        """When segments are collected: once, for the input statistics, if nobody is asked."""
-        config = self._config
-        if config.method.true_reward:
-            return []
-        plan = config.schedule.plan(max(1, config.queries), config.steps)
-        return plan if config.method.asks else plan[:1]
+    def _fix_statistics(self) -> None:
+        """See what the env's observations and actions are like."""
+        act = act_randomly(self._env.action_space, int(self._inputs.integers(2**31)))
+        pool = self._collect(RANDOM_SEGMENTS, act, self._inputs)
+        self._model.standardise(pool)
+        if self._config.normalise:
+            normalise(self._model, pool)
 
     def _hold(self, session: Session, name: str) -> None:
         """Collect segments, ask about them, and train the reward model on all answers so far."""
         self._says(f"{name}: collecting segments")
-        pool = self._collect(session.queries * self._config.schedule.segments_per_query)
+        policy = self._session_policy = self._trainer.policy()
+        pool = self._collect(
+            session.queries * self._config.schedule.segments_per_query,
+            lambda observations: policy.sample(observations, self._samples),  # as it trains
+            self._samples,
+        )
         self._history.add_segments(pool)
-        first = self._teacher is None
-        if self._teacher is None:
-            self._model.standardise(pool)
-            self._teacher = self._make_teacher(pool)
-        if self._config.method.asks:
-            self._held.append(self._done)
-            choose = ask_uniformly if first else self._config.sampler
-            self._history.ask(
-                session.queries,
-                self._teacher,
-                self._answers,
-                lambda request: choose(request, self._model),
-            )
-            self._train_reward(name)
+        choose = self._config.sampler if self._held else ask_uniformly
+        self._teacher = self._teacher or self._make_teacher(pool)
+        self._held.append(self._done)
+        self._history.ask(
+            session.queries,
+            self._teacher,
+            self._answers,
+            lambda request: choose(request, self._model),
+        )
+        self._train_reward(name)
         if self._config.normalise:
             normalise(self._model, self._history.pool)
 
-    def _collect(self, count: int) -> SegmentPool:
-        """Roll the policy out as it trains, its actions drawn, and cut segments."""
+    def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
+        """Act in envs of their own, and cut segments."""
         length = self._config.schedule.segment_length
         steps = min(count * length, _time_limit(self._env) or count * length)
         env = self._make_env(ceil(count * length / steps), 0)
-        policy = self._session_policy = self._trainer.policy()
         try:
-            trajectories = collect(
-                env.vector_env,
-                lambda observations: policy.sample(observations, self._samples),
-                steps,
-                int(self._samples.integers(2**31)),
-            )
+            trajectories = collect(env.vector_env, act, steps, int(rng.integers(2**31)))
         finally:
             env.close()
         self._collected += env.num_envs * steps
         ends = self._config.schedule.show_ends
-        return cut_segments(trajectories, length, count, self._samples, show_ends=ends)
+        return cut_segments(trajectories, length, count, rng, show_ends=ends)
 
     def _train_reward(self, name: str) -> None:
         """Train the reward model on, from where it is."""

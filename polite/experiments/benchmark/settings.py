@@ -18,7 +18,7 @@ from polite.methods.pebble_config import (
     pebble_config,
     with_loss_of,
 )
-from polite.methods.preference_learning import MakeEnv
+from polite.methods.preference_learning import RANDOM_SEGMENTS, MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.schedules import LATER, EqualUpdates
 from polite.policies.sac import SacConfig
@@ -157,12 +157,14 @@ def canonical(run: Run) -> str:
     """
     settings = pebble_settings if run.method in PEBBLE_METHODS else learning_config
     config, preset = settings(run)
-    resolved = {
+    resolved: dict[str, Any] = {
         "training": config,
         "oracle": preset.oracle,
         "marks_unusual": preset.marks_unusual,
         "env": preset.settings,
     }
+    if isinstance(config, LearningConfig) and not config.method.true_reward:
+        resolved["random_segments"] = RANDOM_SEGMENTS
     if preset.shuffled:  # absent otherwise: older runs keep their mark
         resolved["shuffled"] = True
     return json.dumps(resolved, sort_keys=True, default=_plain)
