@@ -60,7 +60,7 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
             ]
         )
         traces = paid(trained, episode)
-        title = f"{trained.title}: return {episode.rewards.sum():,.0f} in {len(episode):,} steps"
+        title = f"{trained.title}: return {episode.rewards.sum():,.4g} in {len(episode):,} steps"
         writing = progress.add_task(f"writing {out.name}", total=None)
         with rc_context(STYLE):
             if out.suffix in PICTURES:
@@ -123,8 +123,7 @@ def _steps(count: int, pace: float, *, still: bool) -> list[int]:
 def _picture(
     frames: Frames, steps: list[int], traces: Traces, seconds: float, title: str
 ) -> Figure:
-    shape = frames.shape[1] / frames.shape[2]
-    figure = Figure(figsize=(WIDTH, WIDTH / len(steps) * shape + 1.1 * len(traces) + 0.5))
+    figure = Figure(figsize=(WIDTH, WIDTH))
     FigureCanvasAgg(figure)
     draw_episode(figure, frames, steps, traces, seconds)
     figure.suptitle(title, x=0.01, ha="left", fontsize=8.5, fontweight="bold")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
+from math import ceil
 from typing import Any, Final
 
 import numpy as np
@@ -20,7 +21,9 @@ COLOURS: Final = (GREEN, BLUE)
 """Of the traces, in their order."""
 DPI: Final = 100
 TRACE_HEIGHT: Final = 0.9
-"""Of a trace under a clip [inches at DPI]."""
+"""Of a trace [inches; under a clip at DPI]."""
+WIDE: Final = 0.5
+"""Frames whose height is a smaller share of their width are wide."""
 
 Traces = Mapping[str, npt.NDArray[Any]]
 """What paid -> (T,) what it paid at every step."""
@@ -47,7 +50,9 @@ def draw_traces(axes: Sequence[Axes], traces: Traces, seconds: float) -> None:
 def draw_episode(
     figure: Figure, frames: Frames, steps: Sequence[int], traces: Traces, seconds: float
 ) -> None:
-    """Frames side by side over the traces; a line in the traces is where each frame is.
+    """Frames over the traces; a line in the traces is where each frame is.
+
+    The figure gets the height that this takes at its width. Wide frames stand in two rows.
 
     Args:
         figure: Where to draw.
@@ -56,10 +61,16 @@ def draw_episode(
         traces: What paid, and (T,) what it paid.
         seconds: Duration of a step.
     """
-    grid = figure.add_gridspec(1 + len(traces), len(frames))
+    shape = frames.shape[1] / frames.shape[2]
+    columns = len(frames) if shape > WIDE else ceil(len(frames) / 2)
+    rows = ceil(len(frames) / columns)
+    width = figure.get_figwidth()
+    heights = [shape * width / columns] * rows + [TRACE_HEIGHT] * len(traces)
+    figure.set_figheight(sum(heights) + 0.6)
+    grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
     for place, (frame, step) in enumerate(zip(frames, steps, strict=True)):
-        draw_frame(figure.add_subplot(grid[0, place]), frame, seconds * step)
-    panels = [figure.add_subplot(grid[1 + row, :]) for row in range(len(traces))]
+        draw_frame(figure.add_subplot(grid[divmod(place, columns)]), frame, seconds * step)
+    panels = [figure.add_subplot(grid[row, :]) for row in range(rows, len(heights))]
     draw_traces(panels, traces, seconds)
     for ax in panels:
         for step in steps:
