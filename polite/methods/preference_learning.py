@@ -156,6 +156,7 @@ class _Learner:
 
     def _fix_statistics(self) -> None:
         """See what the env's observations and actions are like."""
+        self._says("seeing the env")
         act = act_randomly(self._env.action_space, int(self._inputs.integers(2**31)))
         pool = self._collect(RANDOM_SEGMENTS, act, self._inputs)
         self._model.standardise(pool)
