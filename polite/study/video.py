@@ -42,7 +42,8 @@ def check_ffmpeg() -> None:
         import imageio_ffmpeg
     except ImportError as error:
         raise PoliteError(
-            "videos need imageio-ffmpeg; install it with: pip install imageio-ffmpeg"
+            "videos need imageio-ffmpeg; install it with: pip install 'socialnav-polite[web]' "
+            "for studies, 'socialnav-polite[video]' for clips alone"
         ) from error
     try:
         imageio_ffmpeg.get_ffmpeg_exe()
