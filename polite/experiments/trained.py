@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import socialnav_env  # noqa: F401 (registers the corridor)
+from polite.analysis.benchmark_records import UNASKED
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.settings import env_maker, env_preset
 from polite.experiments.models import POLICY, Reward, load_models
@@ -19,7 +20,7 @@ from polite.policies.policy import Policy
 from polite.policies.vec_env import make_vec_env
 from polite.types import InvalidValueError, PoliteError
 
-_UNASKED: Final = ("ground-truth", "sac", "untrained")
+_UNASKED: Final = UNASKED | {"sac"}
 _FINISH: Final = "finish the training with --resume"
 
 

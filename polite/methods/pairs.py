@@ -41,6 +41,16 @@ class PairRequest:
         """Draw pairs uniformly, so many for each that is to be asked."""
         return uniform_pairs(per_pair * self.count, self.rng, self.pool)
 
+    def candidates(self) -> list[Query]:
+        """Draw `CANDIDATES` for each; those asked before are left out if enough others are left.
+
+        A model may still be uncertain about them, or its members disagree, long after the answer.
+        """
+        asked = {frozenset((pair.first, pair.second)) for pair in self.asked}
+        drawn = self.draw(CANDIDATES)
+        fresh = [pair for pair in drawn if frozenset((pair.first, pair.second)) not in asked]
+        return fresh if len(fresh) >= self.count else drawn
+
 
 PairSampler = Callable[[PairRequest, RewardNet | RewardEnsemble], list[Query]]
 """(request, reward model as it is) -> as many pairs of the pool as requested."""
@@ -53,25 +63,25 @@ def ask_uniformly(request: PairRequest, model: RewardNet | RewardEnsemble) -> li
 
 def ask_disputed(request: PairRequest, model: RewardNet | RewardEnsemble) -> list[Query]:
     """What an ensemble disagrees about most (`disagreement_pairs`)."""
-    candidates = request.draw(CANDIDATES)
+    candidates = request.candidates()
     return disagreement_pairs(candidates, _opinions(request, model, candidates), request.count)
 
 
 def ask_uncertain(request: PairRequest, model: RewardNet | RewardEnsemble) -> list[Query]:
     """What the model is least certain about (`entropy_pairs`)."""
-    candidates = request.draw(CANDIDATES)
+    candidates = request.candidates()
     return entropy_pairs(candidates, _opinions(request, model, candidates), request.count)
 
 
 def ask_centres(request: PairRequest, model: RewardNet | RewardEnsemble) -> list[Query]:
     """What covers all that was seen (`k_centre_pairs`)."""
     features = segment_features(request.pool)
-    return k_centre_pairs(request.draw(CANDIDATES), features, request.count, request.asked)
+    return k_centre_pairs(request.candidates(), features, request.count, request.asked)
 
 
 def ask_disputed_centres(request: PairRequest, model: RewardNet | RewardEnsemble) -> list[Query]:
     """What covers the half that an ensemble disagrees about most (`disputed_k_centre_pairs`)."""
-    candidates = request.draw(CANDIDATES)
+    candidates = request.candidates()
     opinions, features = _opinions(request, model, candidates), segment_features(request.pool)
     return disputed_k_centre_pairs(candidates, opinions, features, request.count, request.asked)
 

@@ -189,7 +189,7 @@ class _Learner:
     def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
         """Act in envs of their own, and cut segments."""
         length = self._config.schedule.segment_length
-        steps = min(count * length, _time_limit(self._env) or count * length)
+        steps = min(count * length, self._env.time_limit or count * length)
         env = self._make_env(ceil(count * length / steps), 0)
         try:
             trajectories = collect(env.vector_env, act, steps, int(rng.integers(2**31)))
@@ -265,9 +265,3 @@ def _reward_model(
     sizes = vector_sizes(env)
     nets = [RewardNet(*sizes, config.net, generator) for _ in range(config.members)]
     return nets[0] if config.members == 1 else RewardEnsemble(nets)
-
-
-def _time_limit(env: GymnasiumVecEnv) -> int | None:
-    """Steps after which an episode is cut off, where the env has such a limit."""
-    spec = env.vector_env.spec
-    return None if spec is None else spec.max_episode_steps

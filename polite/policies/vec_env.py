@@ -52,18 +52,24 @@ class GymnasiumVecEnv(VecEnv):
         self._seed: int | None = seed
         self._actions: NDArray[Any] = np.zeros(0)
 
+    @property
+    def time_limit(self) -> int | None:
+        """Steps after which an episode is cut off, where there is such a limit."""
+        spec = self.vector_env.spec
+        return None if spec is None else spec.max_episode_steps
+
     def check_time_limit(self) -> int:
-        """Steps after which an episode is cut off.
+        """The time limit.
 
         Raises:
-            PoliteError: The env has no limit, so that an episode may last for ever.
+            PoliteError: There is none, so that an episode may last for ever.
         """
-        spec = self.vector_env.spec
-        if spec is None or spec.max_episode_steps is None:
+        if self.time_limit is None:
+            spec = self.vector_env.spec
             raise PoliteError(
                 f"{spec and spec.id}: no time limit; register it with max_episode_steps"
             )
-        return spec.max_episode_steps
+        return self.time_limit
 
     def reset(self) -> NDArray[Any]:
         """Begin an episode in every env; returns (N, n) observations."""

@@ -69,6 +69,25 @@ def test_centres_keep_away_from_what_was_asked() -> None:
     assert {second.first, second.second} != {first[0].first, first[0].second}
 
 
+CHOOSING = [name for name in PAIR_SAMPLERS if name != "uniform"]
+
+
+@pytest.mark.parametrize("name", CHOOSING)
+def test_what_was_asked_is_not_asked_again_while_there_is_something_else(name: str) -> None:
+    first = PAIR_SAMPLERS[name](request(), ENSEMBLE)
+    asked = [Query(pair.second, pair.first) for pair in first]  # the other way round is the same
+    again = PAIR_SAMPLERS[name](request(asked=asked), ENSEMBLE)
+    known = {frozenset((pair.first, pair.second)) for pair in asked}
+    assert len(again) == 3
+    assert not known & {frozenset((pair.first, pair.second)) for pair in again}
+
+
+@pytest.mark.parametrize("name", CHOOSING)
+def test_where_everything_was_asked_it_is_asked_again(name: str) -> None:
+    every = [Query(i, j) for j in range(len(POOL)) for i in range(j)]
+    assert len(PAIR_SAMPLERS[name](request(asked=every), ENSEMBLE)) == 3
+
+
 def test_the_history_tells_which_of_the_recent_pairs_were_asked() -> None:
     history, seen = FeedbackHistory(recent_sessions=2), []
 
