@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from polite.dataset import save_feedback
-from polite.experiments.study import Study
-from polite.experiments.study_config import preset
-from polite.experiments.study_stages import train_clip_policy
-from polite.experiments.study_world import FLAGS, collect_along, people_of
+from polite.experiments.replication.config import preset
+from polite.experiments.replication.stages import train_clip_policy
+from polite.experiments.replication.study import Study
+from polite.experiments.replication.world import FLAGS, collect_along, people_of
 from polite.policies.policy import load_policy
 from polite.samplers import uniform_pairs
 from polite.segments import cut_segments

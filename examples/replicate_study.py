@@ -9,8 +9,8 @@ import argparse
 import json
 from pathlib import Path
 
-from polite.experiments.replicate import replicate
-from polite.experiments.study_config import PRESETS
+from polite.experiments.replication.config import PRESETS
+from polite.experiments.replication.replicate import replicate
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from polite.dataset import Feedback as Feedback
     from polite.dataset import load_feedback as load_feedback
     from polite.dataset import save_feedback as save_feedback
-    from polite.experiments.train import train as train
+    from polite.experiments.training.train import train as train
     from polite.policies.policy import load_policy as load_policy
     from polite.rewards.files import load_reward_model as load_reward_model
     from polite.types import Answer as Answer
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "polite.dataset": ("Feedback", "load_feedback", "save_feedback"),
-    "polite.experiments.train": ("train",),
+    "polite.experiments.training.train": ("train",),
     "polite.policies.policy": ("load_policy",),
     "polite.rewards.files": ("load_reward_model",),
     "polite.types": (

@@ -10,10 +10,10 @@ from typing import Annotated, Literal
 import tyro
 from rich.console import Console
 
-from polite.experiments.benchmark_config import BenchmarkConfig
-from polite.experiments.new_study_config import NewStudyConfig
+from polite.experiments.benchmark.config import BenchmarkConfig
+from polite.experiments.new_study.config import NewStudyConfig
 from polite.experiments.plan_config import PlanConfig
-from polite.experiments.train_config import TrainConfig
+from polite.experiments.training.config import TrainConfig
 from polite.study.commands import Export, Invite, Serve, Status, Withdraw, web_extra
 from polite.types import PoliteError
 
@@ -40,7 +40,7 @@ class Replicate:
 
     def run(self) -> Path:
         """Run the study; returns the report's path."""
-        from polite.experiments.replicate import replicate
+        from polite.experiments.replication.replicate import replicate
 
         return replicate(self.preset, self.seed, self.out, resume=self.resume, answers=self.answers)
 
@@ -91,7 +91,7 @@ class Train(TrainConfig):
 
     def run(self) -> Path:
         """Train; returns the path of the results."""
-        from polite.experiments.train import run_train
+        from polite.experiments.training.train import run_train
 
         return run_train(TrainConfig(**vars(self)))
 
@@ -113,7 +113,7 @@ class Watch:
 
     def run(self) -> Path:
         """Draw; returns the path of the clip or picture."""
-        from polite.experiments.watch import watch
+        from polite.experiments.training.watch import watch
 
         return watch(self.folder, self.out, self.seed)
 
@@ -180,7 +180,7 @@ class New(NewStudyConfig):
     def run(self) -> str:
         """Make it; returns what to do next."""
         with web_extra():
-            from polite.experiments.new_study import describe, new_study
+            from polite.experiments.new_study.folder import describe, new_study
 
         return describe(new_study(NewStudyConfig(**vars(self))))
 

@@ -173,8 +173,8 @@ def made_up_records() -> StudyRecords:
 
 def corridor_pool(segments: int = 24, length: int = 20) -> SegmentPool:
     """Clips of a corridor in which a robot drives about at random."""
-    from polite.experiments.study_config import PRESETS
-    from polite.experiments.study_world import study_env
+    from polite.experiments.replication.config import PRESETS
+    from polite.experiments.replication.world import study_env
     from polite.rollouts import collect
     from polite.segments import cut_segments
 

@@ -34,7 +34,7 @@ def names(tmp_path_factory):
         "polite/assets/corridor.png",
         "polite/assets/study_demo/study.toml",
         "polite/assets/study_demo/pool/segments.npz",
-        "polite/experiments/study_template.toml",
+        "polite/experiments/new_study/template.toml",
         "polite/cli.py",
     ],
 )

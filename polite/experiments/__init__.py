@@ -1,1 +1,1 @@
-"""Whole experiments: the user-study replication and what runs it."""
+"""Whole experiments: trainings, grids of them, the replication, new studies; and what runs them."""

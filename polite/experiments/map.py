@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from polite.analysis.reward_map import map_2d_part, profile
-from polite.experiments.study_config import StudyConfig
-from polite.experiments.study_world import FLOOR_X, FLOOR_Z, MapStates, floor_plan, scene_of
+from polite.experiments.replication.config import StudyConfig
+from polite.experiments.replication.world import FLOOR_X, FLOOR_Z, MapStates, floor_plan, scene_of
 from polite.files import write_atomically
 from polite.plots.map_2d import draw_map_2d, shared_limits
 from polite.plots.reward_map import REWARD, draw_profile

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 import tyro
 
+from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.experiments.benchmark.grid import GRIDS, Run, grid, planned, select
-from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.types import InvalidValueError, PoliteError
 
 RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1_000_000)

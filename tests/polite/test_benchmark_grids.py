@@ -22,6 +22,7 @@ from polite.dataset import Feedback
 from polite.experiments.benchmark import board, drive, settings
 from polite.experiments.benchmark import run as run_module
 from polite.experiments.benchmark.board import Board, one_line, view
+from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.experiments.benchmark.drive import benchmark, run_grid
 from polite.experiments.benchmark.grid import Run, planned
 from polite.experiments.benchmark.live import Live, live_path
@@ -48,7 +49,6 @@ from polite.experiments.benchmark.settings import (
 )
 from polite.experiments.benchmark.standing import failure_path, standing, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
-from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
 from polite.methods.presets import PRESETS

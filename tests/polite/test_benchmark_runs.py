@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from polite.experiments.benchmark import drive, grid
+from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.experiments.benchmark.drive import BUSY, benchmark, run_grid
 from polite.experiments.benchmark.engines import LocalEngine
 from polite.experiments.benchmark.grid import Block, Run
@@ -23,7 +24,6 @@ from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.page import identity
 from polite.experiments.benchmark.record import KEYS, read_record, record_path
 from polite.experiments.benchmark.standing import times_path
-from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import claim_folder, sole_run
 from polite.types import PoliteError
 

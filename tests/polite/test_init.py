@@ -22,7 +22,7 @@ def test_the_package_alone_loads_nothing_heavy() -> None:
 
 def test_the_settings_of_the_command_line_load_nothing_heavy() -> None:
     heavy = {"torch", "gymnasium", "stable_baselines3", "matplotlib", "socialnav_env"}
-    assert not heavy & loaded_after("import polite.experiments.train_config")
+    assert not heavy & loaded_after("import polite.experiments.training.config")
 
 
 def test_data_types_need_neither_torch_nor_gymnasium() -> None:

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from PIL import Image
 
 from polite.experiments.map import draw_map, map_figure
-from polite.experiments.study_config import StudyConfig
-from polite.experiments.study_world import FLOOR_X, FLOOR_Z, floor_plan, scene_of
+from polite.experiments.replication.config import StudyConfig
+from polite.experiments.replication.world import FLOOR_X, FLOOR_Z, floor_plan, scene_of
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import FAST, RewardNet
 from polite.types import PoliteError

@@ -17,9 +17,9 @@ from page_outline import Outline
 
 from polite.analysis.claims import judge
 from polite.dataset import load_feedback, save_feedback
-from polite.experiments.people import read_people
-from polite.experiments.replicate import replicate
-from polite.experiments.study_config import PRESETS
+from polite.experiments.replication.config import PRESETS
+from polite.experiments.replication.people import read_people
+from polite.experiments.replication.replicate import replicate
 from polite.files import read_json_object, sha256, write_json
 from polite.report.page import render
 from polite.types import EQUAL, PoliteError

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from polite.dataset import Feedback
-from polite.experiments.sensitivity import LEVELS, _new_answers
-from polite.experiments.study import Study
-from polite.experiments.study_config import PRESETS, StudyConfig, preset
-from polite.experiments.study_stages import _content_of, ask, draw_queries
-from polite.experiments.study_world import (
+from polite.experiments.replication.config import PRESETS, StudyConfig, preset
+from polite.experiments.replication.sensitivity import LEVELS, _new_answers
+from polite.experiments.replication.stages import _content_of, ask, draw_queries
+from polite.experiments.replication.study import Study
+from polite.experiments.replication.world import (
     FLOOR_X,
     FLOOR_Z,
     MapStates,

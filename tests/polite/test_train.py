@@ -9,10 +9,10 @@ from stub_envs import register
 import polite
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import load_feedback
-from polite.experiments import train as module
-from polite.experiments.train import run_train, train
-from polite.experiments.train_config import TrainConfig
-from polite.experiments.train_settings import pebble_settings
+from polite.experiments.training import train as module
+from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.settings import pebble_settings
+from polite.experiments.training.train import run_train, train
 from polite.methods.config import METHODS
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PebbleConfig

@@ -5,8 +5,8 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
-from polite.experiments.train_config import TrainConfig
-from polite.experiments.train_settings import (
+from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.settings import (
     FORMS,
     SCHEDULES,
     adapt_preset,

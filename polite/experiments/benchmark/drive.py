@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 
 from polite.experiments.benchmark.board import Board, view
+from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.experiments.benchmark.engines import Engine, LocalEngine
 from polite.experiments.benchmark.grid import Run, select
 from polite.experiments.benchmark.live import live_path
@@ -20,7 +21,6 @@ from polite.experiments.benchmark.page import identity, preset_in, report_grid
 from polite.experiments.benchmark.record import made_otherwise, read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
 from polite.experiments.benchmark.standing import Standing, failure_path, standing, times_path
-from polite.experiments.benchmark_config import BenchmarkConfig
 from polite.experiments.run_folder import sole_run
 from polite.experiments.workers import cores
 from polite.files import one_line, write_atomically, write_json

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final, Literal
 
-from polite.experiments.benchmark_config import BenchmarkConfig
+from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.types import InvalidValueError, PoliteError
 
 

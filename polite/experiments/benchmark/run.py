@@ -27,8 +27,8 @@ from polite.experiments.benchmark.settings import (
     learning_config,
     pebble_settings,
 )
-from polite.experiments.judge import judge
-from polite.experiments.models import save_models
+from polite.experiments.training.judge import judge
+from polite.experiments.training.models import save_models
 from polite.experiments.workers import one_torch_thread
 from polite.files import one_line
 from polite.methods.pebble import learn_pebble

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
-from polite.experiments.train_settings import SCHEDULES
+from polite.experiments.training.settings import SCHEDULES
 from polite.methods.config import METHODS, LearningConfig, Schedule
 from polite.methods.pebble_config import (
     PEBBLE_METHODS,

@@ -11,8 +11,8 @@ from PIL import Image
 from playwright.sync_api import expect, sync_playwright
 from visitors import Visitor
 
-from polite.experiments.new_study import new_study
-from polite.experiments.new_study_config import NewStudyConfig
+from polite.experiments.new_study.config import NewStudyConfig
+from polite.experiments.new_study.folder import new_study
 
 DESKTOP = {"viewport": {"width": 1280, "height": 800}}
 PHONE = {"viewport": {"width": 360, "height": 740}, "has_touch": True, "is_mobile": True}

@@ -11,8 +11,8 @@ from scipy.stats import binom
 
 from polite.analysis.quality import pair_accuracy
 from polite.dataset import load_feedback, save_feedback
-from polite.experiments.study_config import PRESETS
-from polite.experiments.study_world import study_env
+from polite.experiments.replication.config import PRESETS
+from polite.experiments.replication.world import study_env
 from polite.files import read_json_object
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import FAST, RewardNet, predict

@@ -8,11 +8,11 @@ from made_up_study import answer, person
 
 from polite import cli
 from polite.dataset import load_feedback, save_feedback
-from polite.experiments import new_study as module
-from polite.experiments.new_study import describe, new_study
-from polite.experiments.new_study_config import NewStudyConfig
-from polite.experiments.study_pool import demo_folder
-from polite.experiments.study_template import extreme_windows, fill_template, practice_pairs
+from polite.experiments.new_study import folder as module
+from polite.experiments.new_study.config import NewStudyConfig
+from polite.experiments.new_study.folder import describe, new_study
+from polite.experiments.new_study.pool import demo_folder
+from polite.experiments.new_study.template import extreme_windows, fill_template, practice_pairs
 from polite.policies.policy import GaussianPolicy, save_policy
 from polite.study.assignment import sequence
 from polite.study.clips import used_segments
@@ -37,7 +37,7 @@ def pool_of(*rewards):
 def small_clips(monkeypatch):
     """Draw what the template asks for in few pixels."""
     look = lambda env: {"render_width": 96} if "Corridor" in env else {}  # noqa: E731
-    monkeypatch.setattr("polite.experiments.study_template._look", look)
+    monkeypatch.setattr("polite.experiments.new_study.template._look", look)
 
 
 def run(monkeypatch, capsys, *arguments):
@@ -90,8 +90,8 @@ def test_the_demo_is_one_command(tmp_path, monkeypatch, capsys) -> None:
         (small / "pool" / path.name).write_bytes(path.read_bytes())
     text = text.replace("render_width = 480", "render_width = 96")
     (small / "study.toml").write_text(text.replace("participants = 4", "participants = 1"), "utf-8")
-    for name in ("new_study", "study_pool"):
-        monkeypatch.setattr(f"polite.experiments.{name}.demo_folder", lambda: small)
+    for name in ("folder", "pool"):
+        monkeypatch.setattr(f"polite.experiments.new_study.{name}.demo_folder", lambda: small)
     out = tmp_path / "study"
     code, told = run(monkeypatch, capsys, out)
     assert code == 0, told

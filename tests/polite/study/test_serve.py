@@ -2,7 +2,7 @@
 
 import pytest
 
-from polite.experiments.study_template import fill_template
+from polite.experiments.new_study.template import fill_template
 from polite.study.design import parse_design
 from polite.study.folder import StudyFolder
 from polite.study.web.serve import serve

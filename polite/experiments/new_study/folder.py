@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from polite.dataset import MANIFEST, Feedback, save_feedback
-from polite.experiments.new_study_config import NewStudyConfig
+from polite.experiments.new_study.config import NewStudyConfig
+from polite.experiments.new_study.pool import demo_folder, study_pool
+from polite.experiments.new_study.template import fill_template
 from polite.experiments.run_folder import MARKER, claim_folder
 from polite.experiments.runner import make_progress
-from polite.experiments.study_pool import demo_folder, study_pool
-from polite.experiments.study_template import fill_template
 from polite.files import read_json_object, write_atomically
 from polite.study.clips import check_source, load_clips, prepare_clips
 from polite.study.design import FILE, Design, parse_design, read_design

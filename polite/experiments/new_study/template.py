@@ -58,7 +58,7 @@ def fill_template(
     good, bad = extreme_windows(pool, free, length)
     rest = [index for index in free if index not in (good.segment, bad.segment)]
     env = CORRIDOR if env in (None, "SocialCorridor-v0") else env
-    source = resources.files("polite.experiments").joinpath("study_template.toml")
+    source = resources.files("polite.experiments.new_study").joinpath("template.toml")
     return Template(source.read_text(encoding="utf-8")).substitute(
         env=json.dumps(env),
         env_settings=_inline(_look(env)),

@@ -15,10 +15,10 @@ from polite.analysis.divergence import kl_part
 from polite.analysis.published import PUBLISHED
 from polite.analysis.quality import policy_difference_part
 from polite.analysis.reward_map import map_2d_part, profile, reward_map_part
-from polite.experiments.people import People
-from polite.experiments.study import CONDITIONS, MODELS, POLICIES, Study, load_arrays
-from polite.experiments.study_config import as_dict
-from polite.experiments.study_world import (
+from polite.experiments.replication.config import as_dict
+from polite.experiments.replication.people import People
+from polite.experiments.replication.study import CONDITIONS, MODELS, POLICIES, Study, load_arrays
+from polite.experiments.replication.world import (
     FLOOR_X,
     FLOOR_Z,
     MapStates,

@@ -16,12 +16,12 @@ from rich.progress import Progress
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
-from polite.experiments.judge import judge, outcomes
-from polite.experiments.models import save_models
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
-from polite.experiments.train_config import TrainConfig
-from polite.experiments.train_settings import (
+from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.judge import judge, outcomes
+from polite.experiments.training.models import save_models
+from polite.experiments.training.settings import (
     adapt_preset,
     learning_config,
     pebble_settings,

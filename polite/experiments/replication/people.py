@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from polite.dataset import Feedback, load_feedback
-from polite.experiments.study_config import StudyConfig
-from polite.experiments.study_world import ENV_ID, scene_settings
+from polite.experiments.replication.config import StudyConfig
+from polite.experiments.replication.world import ENV_ID, scene_settings
 from polite.files import one_line, read_json_object, sha256
 from polite.study.export_names import DATA, PARTICIPANTS_TABLE, SUMMARY, VERSION
 from polite.types import PoliteError

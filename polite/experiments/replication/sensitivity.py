@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from polite.analysis.quality import sensitivity_row
 from polite.analysis.reward_map import profile, spread
 from polite.dataset import Feedback
+from polite.experiments.replication.rewards import fit, held_out_pairs, judge_reward
+from polite.experiments.replication.stages import ask, draw_queries
+from polite.experiments.replication.study import CONDITIONS, Study
+from polite.experiments.replication.world import MapStates, derive
 from polite.experiments.runner import Report
-from polite.experiments.study import CONDITIONS, Study
-from polite.experiments.study_rewards import fit, held_out_pairs, judge_reward
-from polite.experiments.study_stages import ask, draw_queries
-from polite.experiments.study_world import MapStates, derive
 from polite.rewards.network import FAST, predict
 from polite.teachers.participants import PopulationConfig
 

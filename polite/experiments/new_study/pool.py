@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.dataset import Feedback, load_feedback
-from polite.experiments.new_study_config import NewStudyConfig
+from polite.experiments.new_study.config import NewStudyConfig
 from polite.policies.policy import load_policy
 from polite.policies.vec_env import make_vec_env
 from polite.rollouts import collect
@@ -26,7 +26,7 @@ _SPARE = 4  # so many more steps are collected than are shown, lest clips overla
 
 def demo_folder() -> Path:
     """Where the demo lies: in the installed package, or in the checkout beside it."""
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     installed = package / "assets" / "study_demo"
     return installed if installed.is_dir() else package.parent / "assets" / "study_demo"
 

@@ -6,16 +6,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from polite.experiments.people import read_people
+from polite.experiments.replication.clips import draw_example
+from polite.experiments.replication.config import as_dict, preset
+from polite.experiments.replication.people import read_people
+from polite.experiments.replication.results import assemble
+from polite.experiments.replication.rewards import train_reward_models
+from polite.experiments.replication.sensitivity import LEVELS, sensitivity
+from polite.experiments.replication.stages import ask_participants, train_clip_policy, train_policy
+from polite.experiments.replication.study import Study
 from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import Runner, Task, make_progress
-from polite.experiments.sensitivity import LEVELS, sensitivity
-from polite.experiments.study import Study
-from polite.experiments.study_clips import draw_example
-from polite.experiments.study_config import as_dict, preset
-from polite.experiments.study_results import assemble
-from polite.experiments.study_rewards import train_reward_models
-from polite.experiments.study_stages import ask_participants, train_clip_policy, train_policy
 from polite.files import write_json
 from polite.report.page import write_report
 

@@ -12,7 +12,7 @@ import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.benchmark_records import UNASKED
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.settings import env_maker, env_preset
-from polite.experiments.models import POLICY, Reward, load_models
+from polite.experiments.training.models import POLICY, Reward, load_models
 from polite.files import one_line, read_json_object
 from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import preset_of

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polite.dataset import Feedback, load_feedback
-from polite.experiments.people import People
-from polite.experiments.study_config import StudyConfig
+from polite.experiments.replication.config import StudyConfig
+from polite.experiments.replication.people import People
 from polite.files import write_atomically
 from polite.teachers.participants import BASELINE, POLITE
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from polite.dataset import Feedback
 from polite.experiments.clips import write_pair
-from polite.experiments.study import Study
-from polite.experiments.study_world import scene_settings
+from polite.experiments.replication.study import Study
+from polite.experiments.replication.world import scene_settings
 from polite.types import Answer, Highlight
 from socialnav_env import SocialCorridorEnv
 

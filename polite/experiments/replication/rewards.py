@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from polite.analysis.numbers import as_json
 from polite.analysis.quality import pair_accuracy, step_correlation
 from polite.dataset import Feedback
+from polite.experiments.replication.study import MODELS, Study, save_arrays
+from polite.experiments.replication.world import MapStates, derive, floor_plan
 from polite.experiments.runner import Report
-from polite.experiments.study import MODELS, Study, save_arrays
-from polite.experiments.study_world import MapStates, derive, floor_plan
 from polite.rewards.data import stack_feedback
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import RewardNet, predict

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from polite.experiments.study_config import StudyConfig
+from polite.experiments.replication.config import StudyConfig
 from polite.files import write_atomically
 from polite.policies.policy import Policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from polite.dataset import save_feedback
-from polite.experiments.runner import Report
-from polite.experiments.study import CONDITIONS, Study
-from polite.experiments.study_config import StudyConfig
-from polite.experiments.study_world import (
+from polite.experiments.replication.config import StudyConfig
+from polite.experiments.replication.study import CONDITIONS, Study
+from polite.experiments.replication.world import (
     FLAGS,
     collect_along,
     collect_map_states,
@@ -21,6 +20,7 @@ from polite.experiments.study_world import (
     people_of,
     study_env,
 )
+from polite.experiments.runner import Report
 from polite.policies.policy import Policy, load_policy, save_policy
 from polite.policies.ppo import PpoTrainer
 from polite.rewards.files import load_reward_model

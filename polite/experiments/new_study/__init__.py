@@ -1,0 +1,1 @@
+"""A study with people, made: its clips, its pairs, its `study.toml`."""

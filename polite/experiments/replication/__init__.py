@@ -1,0 +1,1 @@
+"""The user-study replication: from the corridor to the report."""

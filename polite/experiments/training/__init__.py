@@ -1,0 +1,1 @@
+"""One training of a policy from feedback, judged, kept, and watched."""
