@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from itertools import pairwise
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -109,22 +110,37 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
         seed: Seeds the reset; env n gets seed + n.
 
     Returns:
-        (N,) `return` and `length`, and whatever numbers the env's final `info` tells.
+        (N,) `return` and `length`, and the numbers that the final `info` of every episode tells.
     """
     observations, _ = env.reset(seed=seed)
     running = np.ones(env.num_envs, dtype=np.bool_)
     totals = {"return": np.zeros(env.num_envs), "length": np.zeros(env.num_envs)}
-    final: dict[str, NDArray[np.float64]] = {}
+    final: list[dict[str, float]] = [{} for _ in range(env.num_envs)]
     while running.any():
         observations, rewards, terminated, truncated, info = env.step(act(observations))
         totals["return"] += np.where(running, rewards, 0.0)
         totals["length"] += running
         ended = running & (terminated | truncated)
-        if ended.any():
-            for name, values in info.get("final_info", {}).items():
-                mask = name.startswith("_")
-                if not mask and isinstance(values, np.ndarray) and values.dtype.kind in "fib":
-                    column = final.setdefault(name, np.full(env.num_envs, np.nan))
-                    column[ended] = values[ended]
-            running &= ~ended
-    return totals | final
+        for n in np.flatnonzero(ended).tolist():
+            final[n] = told_numbers(info.get("final_info", {}), n)
+        running &= ~ended
+    names = set.intersection(*(set(told) for told in final))
+    return totals | {name: np.array([told[name] for told in final]) for name in sorted(names)}
+
+
+def told_numbers(info: Mapping[str, Any], n: int) -> dict[str, float]:
+    """The numbers in a vector env's `info` that env n told; no arrays, no words.
+
+    An env may tell a value now and then, and some in a type of NumPy's for which Gymnasium makes an
+    array of objects (`np.bool_`): told is what the value's mask says.
+    """
+    values = {
+        name: column[n]
+        for name, column in info.items()
+        if isinstance(column, np.ndarray) and f"_{name}" in info and info[f"_{name}"][n]
+    }
+    numbers = {name: value for name, value in values.items() if isinstance(value, _NUMBER)}
+    return {name: float(value) for name, value in numbers.items()}
+
+
+_NUMBER = (Real, np.bool_)

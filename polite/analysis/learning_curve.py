@@ -16,7 +16,8 @@ def learning_curve(
     """Mean of every quantity over the episodes that ended in each of equal stretches of training.
 
     Args:
-        episodes: for each `step`, when it ended, and any numbers that all of them have.
+        episodes: for each `step`, when it ended, and any numbers; what only some of them have has
+            no curve.
         steps: env steps of the whole training.
         points: stretches; those in which no episode ended are left out.
 
@@ -25,7 +26,8 @@ def learning_curve(
     """
     if not episodes:
         return {"steps": [], "episodes": []}
-    names = [name for name in episodes[0] if name != "step"]
+    shared = set(episodes[0]).intersection(*episodes)
+    names = [name for name in episodes[0] if name in shared and name != "step"]
     ended = np.array([episode["step"] for episode in episodes])
     stretch = np.clip(np.ceil(ended / steps * points).astype(np.int64), 1, points)
     shown, inverse, counts = np.unique(stretch, return_inverse=True, return_counts=True)

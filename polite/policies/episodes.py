@@ -9,6 +9,7 @@ from stable_baselines3.common.vec_env import VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from polite.policies.vec_env import GymnasiumVecEnv
+from polite.rollouts import told_numbers
 
 KEPT = ("success", "collisions", "intermittent")
 """Values of an episode that are kept where the env tells them."""
@@ -45,10 +46,10 @@ class EpisodeTally(VecEnvWrapper):
         self._returns += rewards
         self._lengths += 1
         for n in np.flatnonzero(ended):
-            final = self._env.last_info.get("final_info", {})
+            told = told_numbers(self._env.last_info.get("final_info", {}), n)
             record = {"step": float(self._steps), "return": float(self._returns[n])}
             record["length"] = float(self._lengths[n])
-            record.update({key: float(final[key][n]) for key in KEPT if key in final})
+            record.update({key: told[key] for key in KEPT if key in told})
             self.records.append(record)
         self._returns[ended] = 0.0
         self._lengths[ended] = 0

@@ -104,7 +104,7 @@ class SacTrainer:
         Raises:
             PoliteError: The actions have no finite bounds.
         """
-        _check_bounds(env)
+        check_bounds(env)
         self._config, self._reward = config, reward
         self._earlier: list[dict[str, float]] = []
         self._tally, self._before = EpisodeTally(env), 0
@@ -267,7 +267,12 @@ class _Progress(BaseCallback):
             self._on_progress(self.num_timesteps)
 
 
-def _check_bounds(env: GymnasiumVecEnv) -> None:
+def check_bounds(env: GymnasiumVecEnv) -> None:
+    """Refuse what SAC cannot act in.
+
+    Raises:
+        PoliteError: The actions have no finite bounds.
+    """
     space = env.action_space
     if not isinstance(space, Box) or not (np.isfinite([space.low, space.high]).all()):
         raise PoliteError(f"SAC expects actions with finite bounds, got {space}")

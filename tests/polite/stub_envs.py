@@ -42,6 +42,15 @@ class CountingEnv(gym.Env):
         return np.array([self.steps, self.episode], dtype=np.float64)
 
 
+class TalkativeEnv(CountingEnv):
+    """Tells an array, a word, NumPy's own truth, and a value only in its second episodes."""
+
+    def step(self, action):
+        *step, _ = super().step(action)
+        told = {"tendons": np.zeros(3), "gait": "trot", "success": np.bool_(self.steps > 2)}
+        return *step, told | ({"seldom": 1.0} if self.episode % 2 else {})
+
+
 class PointEnv(gym.Env):
     """A point on a line: observes its place, moves by the action, pays for being near 1."""
 
@@ -59,6 +68,22 @@ class PointEnv(gym.Env):
         return np.array([self.place]), 1.0 - abs(self.place - 1.0), False, False, {}
 
 
+class BoundlessPointEnv(PointEnv):
+    """The same, with actions of any size."""
+
+    action_space = gym.spaces.Box(-np.inf, np.inf, (1,), np.float32)
+
+
+class DescribedPointEnv(PointEnv):
+    """The same, with a dict for an observation."""
+
+    observation_space = gym.spaces.Dict({"place": PointEnv.observation_space})
+
+    def reset(self, *, seed=None, options=None):
+        observation, info = super().reset(seed=seed)
+        return {"place": observation}, info
+
+
 class WidePointEnv(PointEnv):
     """The same, with actions between -3 and 5."""
 
@@ -68,10 +93,13 @@ class WidePointEnv(PointEnv):
 def register() -> None:
     """Make the envs known to Gymnasium."""
     if "Point-v0" not in gym.registry:
+        gym.register("BoundlessPoint-v0", entry_point=BoundlessPointEnv, max_episode_steps=20)
+        gym.register("DescribedPoint-v0", entry_point=DescribedPointEnv, max_episode_steps=20)
         gym.register("WidePoint-v0", entry_point=WidePointEnv, max_episode_steps=20)
         gym.register(
             "Short-v0", entry_point=CountingEnv, max_episode_steps=8, kwargs={"lengths": (1, 2, 7)}
         )
+        gym.register("Talkative-v0", entry_point=TalkativeEnv, max_episode_steps=8)
         gym.register("Point-v0", entry_point=PointEnv, max_episode_steps=20)
         gym.register("Counting-v0", entry_point=CountingEnv, max_episode_steps=8)
         gym.register("Endless-v0", entry_point=PointEnv)

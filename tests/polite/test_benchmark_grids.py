@@ -34,6 +34,7 @@ from polite.experiments.benchmark.record import (
     curve_of,
     final_return,
     highlighted_reward,
+    made_otherwise,
     read_record,
     read_records,
     record_path,
@@ -199,6 +200,23 @@ def test_records_of_other_settings_are_repeated_and_that_is_said(
     assert read_records(folder, RUNS) == [record_of(first), record_of(last)]
     run_grid(folder, [first, last], Here())
     assert "other settings" not in capsys.readouterr().err
+
+
+def test_a_record_of_other_settings_stays_until_its_run_has_another(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Days of work went at the first second of a --resume that was stopped again."""
+    run_grid(folder, RUNS[:2], Here())
+    for run in RUNS[:2]:
+        write_json(record_path(folder, run), record_of(run) | {"settings": "0123456789abcdef"})
+
+    def stop(self: object, work: object, *arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Here, "submit", stop)
+    with pytest.raises(KeyboardInterrupt):
+        run_grid(folder, RUNS[:2], Here())
+    assert all(made_otherwise(folder, run) for run in RUNS[:2])
 
 
 def test_records_without_settings_can_be_stamped(folder: Path) -> None:

@@ -183,6 +183,16 @@ def test_the_tally_counts_whole_episodes_by_the_true_reward() -> None:
     assert env.records == [first, first, second, second]
 
 
+def test_the_tally_keeps_what_was_told_of_the_episode_and_nothing_else() -> None:
+    register()
+    env = EpisodeTally(make_vec_env("Talkative-v0", 2, 0, lengths=(2, 3)))
+    env.reset()
+    for _ in range(5):
+        env.step(np.zeros((2, 2), np.float32))
+    assert [record["success"] for record in env.records] == [0, 0, 1, 1]
+    assert set(env.records[-1]) == {"step", "return", "length", "success"}
+
+
 # --- policies as numbers -------------------------------------------------------------------------
 
 

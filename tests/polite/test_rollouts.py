@@ -3,7 +3,7 @@ from copy import deepcopy
 import gymnasium as gym
 import numpy as np
 import pytest
-from stub_envs import vec_env
+from stub_envs import register, vec_env
 
 from polite.policies.vec_env import make_vec_env
 from polite.rollouts import act_randomly, collect, evaluate, state_rows
@@ -84,6 +84,16 @@ def test_evaluation_keeps_the_final_values_of_the_env() -> None:
     assert episodes["length"].tolist() == [5, 5, 5]
     assert episodes["success"].tolist() == [0, 0, 0]
     assert episodes["path_length"] == pytest.approx(np.zeros(3))
+
+
+def test_evaluation_keeps_the_numbers_that_every_episode_tells() -> None:
+    """An array per env (Humanoid-v5's tendons) and an np.bool_ each ended a training once."""
+    register()
+    env = make_vec_env("Talkative-v0", 2, 0, lengths=(2, 5)).vector_env
+    env.envs[1].unwrapped.episode = 0  # its next one is a second episode, which tells more
+    episodes = evaluate(env, lambda o: np.zeros((2, 2), np.float32), seed=0)
+    assert set(episodes) == {"return", "length", "success"}
+    assert episodes["success"].tolist() == [0, 1]
 
 
 def test_random_actions_fill_their_bounds_and_leave_the_env_s_own_draws_alone() -> None:

@@ -229,6 +229,30 @@ def test_an_unfinished_run_starts_over_in_its_folder(tmp_path) -> None:
     load_policy(path.parent / "models" / "policy.pt")
 
 
+def test_what_was_learned_is_kept_whatever_goes_wrong_after_it(tmp_path, monkeypatch) -> None:
+    def fail(*arguments):
+        raise RuntimeError("while judging")
+
+    monkeypatch.setattr(module, "judge", fail)
+    with pytest.raises(RuntimeError, match="judging"):
+        run_train(settings(tmp_path))
+    kept = tmp_path / "run"
+    assert len(load_feedback(kept / "data").answers) == 10
+    assert load_policy(kept / "models" / "policy.pt").mean_action(np.zeros((1, 1))).size == 1
+    assert not (kept / "results.json").exists()
+
+
+def test_two_cannot_train_in_one_folder(tmp_path, monkeypatch) -> None:
+    def second(*arguments):
+        with pytest.raises(PoliteError, match="another `polite train`"):
+            run_train(settings(tmp_path, resume=True))
+        return judge(*arguments)
+
+    judge = module.judge
+    monkeypatch.setattr(module, "judge", second)
+    run_train(settings(tmp_path))
+
+
 def test_another_run_cannot_be_resumed(tmp_path) -> None:
     run_train(settings(tmp_path))
     with pytest.raises(PoliteError, match="other settings"):
@@ -239,12 +263,19 @@ def test_another_run_cannot_be_resumed(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("env", "says"),
-    [("NoSuchEnv-v0", "NoSuchEnv"), ("CartPole-v1", "continuous"), ("Endless-v0", "time limit")],
+    ("change", "says"),
+    [
+        ({"env": "NoSuchEnv-v0"}, "NoSuchEnv"),
+        ({"env": "CartPole-v1"}, "continuous"),
+        ({"env": "Endless-v0"}, "time limit"),
+        ({"env": "DescribedPoint-v0"}, "vectors"),
+        ({"env": "BoundlessPoint-v0", "method": "pebble"}, "bounds"),
+        ({"env_settings": ("no_such_keyword=1",)}, "no_such_keyword"),
+    ],
 )
-def test_an_env_that_cannot_be_used_leaves_no_folder(tmp_path, env: str, says: str) -> None:
+def test_an_env_that_cannot_be_used_leaves_no_folder(tmp_path, change, says: str) -> None:
     with pytest.raises(PoliteError, match=says) as caught:
-        run_train(settings(tmp_path, env=env))
+        run_train(settings(tmp_path, **change))
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "run").exists()
 
@@ -273,6 +304,16 @@ def test_a_point_is_the_mean_of_the_episodes_that_ended_in_its_stretch() -> None
         "episodes": [2, 1, 1],
         "return": [3.0, 7.0, 1.0],
     }
+
+
+def test_what_only_some_episodes_tell_has_no_curve() -> None:
+    rare = {"step": 2, "return": 1.0, "success_rate": 1.0}
+    for episodes in ([{"step": 1, "return": 3.0}, rare], [rare, {"step": 4, "return": 3.0}]):
+        assert learning_curve(episodes, steps=4, points=1) == {
+            "steps": [4.0],
+            "episodes": [2],
+            "return": [2.0],
+        }
 
 
 def test_no_episodes_no_points() -> None:

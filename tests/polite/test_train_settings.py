@@ -5,7 +5,7 @@ from typing import get_args, get_type_hints
 import numpy as np
 import pytest
 
-from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.experiments.training.settings import (
     FORMS,
     SCHEDULES,
@@ -122,6 +122,8 @@ def test_pebble_learns_by_the_envs_loss() -> None:
         {"sampler": "entropy"},
         {"members": 5},
         {"show_ends": True},
+        {"normalise": True},
+        {"validation_share": 0.2},
         {"preset": "paper"},
     ],
 )
@@ -150,6 +152,23 @@ def test_b_pref_s_teachers_mark_what_the_env_s_oracle_marks(name: str) -> None:
             assert (answer.positive, answer.negative) == (other.positive, other.negative)
             same += 1
     assert same > 100
+
+
+def test_a_teacher_s_own_number_is_heeded_and_another_s_refused() -> None:
+    sure, unsure = (
+        np.mean([winner_is_better(a) for a in answers(teacher="stochastic", rationality=beta)])
+        for beta in (100.0, 1e-3)
+    )
+    assert sure > 0.97 and unsure == pytest.approx(0.5, abs=0.1)
+    for teacher in ("skip", "equal"):
+        few, many = (
+            sum(a.preferred is None for a in answers(teacher=teacher, average_return=mean))
+            for mean in (1.0, 100.0)
+        )
+        assert few < many
+    for change in ({"rationality": 1.0}, {"average_return": 1.0}):
+        with pytest.raises(InvalidValueError, match=next(iter(change))):
+            replace(CONFIG, teacher="mistake", **change)
 
 
 def test_highlights_can_stay_with_the_true_winner() -> None:
@@ -194,6 +213,31 @@ def test_a_form_of_the_highlight_loss_is_taken_by_its_name() -> None:
     assert adapted.training.highlights == "choice"
     with pytest.raises(InvalidValueError, match="choice"):
         adapt_preset(WALKER, replace(CONFIG, highlights="chioce"))
+
+
+def test_the_reward_model_s_options_reach_it() -> None:
+    config = replace(CONFIG, normalise=True, validation_share=0.25)
+    learning = learning_config(config, adapt_preset(WALKER, config))
+    assert learning.normalise and learning.training.validation_share == 0.25
+
+
+# --- the env -------------------------------------------------------------------------------------
+
+
+def test_keywords_of_the_env_are_json() -> None:
+    asked = ("terminate_when_unhealthy=false", "ctrl_cost_weight=0.5", 'word="a=b"')
+    expected = {"terminate_when_unhealthy": False, "ctrl_cost_weight": 0.5, "word": "a=b"}
+    assert parse_env_settings(asked) == expected
+    preset = PRESETS["SocialCorridor"]
+    config = replace(CONFIG, env_settings=("terminate_on_goal=true",))
+    adapted = adapt_preset(preset, config).settings
+    assert adapted == {**preset.settings, "terminate_on_goal": True}
+
+
+@pytest.mark.parametrize("setting", ["", "name", "name=", "name=word", "=1", "two words=1"])
+def test_what_is_no_keyword_is_refused(setting: str) -> None:
+    with pytest.raises(InvalidValueError, match="env_settings"):
+        replace(CONFIG, env_settings=(setting,))
 
 
 # --- mistakes ------------------------------------------------------------------------------------

@@ -161,6 +161,14 @@ def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path, monkeypatch) -> 
     env.close()
 
 
+def test_the_env_is_made_with_the_keywords_that_were_given(tmp_path) -> None:
+    folder = training(tmp_path)
+    results = json.loads((folder / "results.json").read_text("utf-8"))
+    results["config"]["env_settings"] = ["max_episode_steps=7"]
+    write_json(folder / "results.json", results)
+    assert len(play(read_trained(folder), seed=0)) == 7
+
+
 def test_nobody_was_asked_by_an_untrained_reward(tmp_path) -> None:
     title = read_trained(training(tmp_path, method="untrained")).title
     assert title == "DrawnPoint-v0, untrained, seed 4"

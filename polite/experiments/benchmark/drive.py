@@ -150,12 +150,15 @@ def run_grid(
 
 
 def _clear(folder: Path, left: Sequence[Run]) -> None:
-    """Remove what these runs left when they failed or were killed; make the folder for more."""
+    """Remove what these runs left when they failed or were killed; make the folder for more.
+
+    A record that other settings made stays until its run has another: days of work are not thrown
+    away by a `--resume` that is stopped again at once.
+    """
     (folder / "live").mkdir(parents=True, exist_ok=True)
     for run in left:
         live_path(folder, run).unlink(missing_ok=True)
         failure_path(folder, run).unlink(missing_ok=True)
-        record_path(folder, run).unlink(missing_ok=True)
 
 
 def _finished(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from polite.types import InvalidValueError
 
@@ -22,6 +24,9 @@ class TrainConfig:
     """Folder for everything; new, unless --resume."""
     env: str = "SocialCorridor-v0"
     """Id of any Gymnasium env with vectors for observations and continuous actions."""
+    env_settings: tuple[str, ...] = ()
+    """Keywords of the env as NAME=VALUE, the value in JSON, such as terminate_when_unhealthy=false
+    or max_episode_steps=500."""
     method: Literal[
         "polite",
         "preferences",
@@ -50,6 +55,12 @@ class TrainConfig:
     )
     """Who answers. polite: the paper's, who reverses 10% of the preferences and skips ties; the
     others are B-Pref's, of whom oracle makes no mistakes. All place highlights in the same way."""
+    rationality: float | None = None
+    """β of the teacher stochastic, per unit of true return; 1 if not given."""
+    average_return: float | None = None
+    """True return of an average clip, of which the teachers skip and equal take a tenth for too
+    little; that of the clips so far if not given. Where it is negative, nobody skips or calls
+    equal."""
     schedule: Literal["sessions", "decaying", "up-front"] = "sessions"
     """When the teacher is asked. sessions: ten in the first fifth of the training; decaying: a
     quarter before it, the rest ever more rarely until its end; up-front: before it."""
@@ -60,6 +71,12 @@ class TrainConfig:
     disputed-k-centre need --members 2 or more. PEBBLE always asks what is disputed."""
     members: int = 1
     """Reward models, of which the mean pays the policy; PEBBLE always has three."""
+    normalise: bool = False
+    """Whether r̂ is shifted and scaled after each session, to mean 0 and spread 1 over the clips so
+    far. Not for PEBBLE."""
+    validation_share: float = 0.0
+    """Share of the answers that is held out, so that the reward model's training stops early. Not
+    for PEBBLE."""
     show_ends: bool = False
     """Whether clips may be cut short where the env ended an episode early, so that answers say what
     an end costs. Not for PEBBLE."""
@@ -99,6 +116,8 @@ class TrainConfig:
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
+        parse_env_settings(self.env_settings)
+        self._check_teacher()
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
@@ -106,6 +125,19 @@ class TrainConfig:
                 "sampler: expected uniform where everything is asked up front, since nothing is "
                 f"learned before, got {self}"
             )
+
+    def _check_teacher(self) -> None:
+        """A number that this teacher does not have would go unheard.
+
+        Raises:
+            InvalidValueError: naming it.
+        """
+        for name, teachers in (
+            ("rationality", ("stochastic",)),
+            ("average_return", ("skip", "equal")),
+        ):
+            if getattr(self, name) is not None and self.teacher not in teachers:
+                raise InvalidValueError(f"{name}: only for --teacher {' or '.join(teachers)}")
 
     def _check_pebble(self) -> None:
         """PEBBLE brings its own times, pairs and models; a wish for others would go unheard.
@@ -117,9 +149,32 @@ class TrainConfig:
             ("schedule", "sessions"),
             ("sampler", "uniform"),
             ("members", 1),
+            ("normalise", False),
+            ("validation_share", 0.0),
             ("show_ends", False),
         ):
             if getattr(self, name) != own:
                 raise InvalidValueError(f"{name}: PEBBLE has its own; leave it out, got {self}")
         if self.preset == "paper":
             raise InvalidValueError(f"preset: the paper has no numbers for PEBBLE, got {self}")
+
+
+def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:
+    """Keywords from NAME=VALUE, the value in JSON.
+
+    Raises:
+        InvalidValueError: naming the one that is none.
+    """
+    keywords = {}
+    for setting in settings:
+        name, _, value = setting.partition("=")
+        try:
+            keywords[name] = json.loads(value)
+        except ValueError as error:
+            raise InvalidValueError(
+                'env_settings: expected NAME=VALUE with a value in JSON (true, 0.5, "word"), got '
+                f"{setting!r}"
+            ) from error
+        if not name.isidentifier():
+            raise InvalidValueError(f"env_settings: expected a keyword's name, got {setting!r}")
+    return keywords

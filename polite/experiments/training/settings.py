@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import Teacher
 from polite.methods.pairs import PAIR_SAMPLERS
@@ -18,7 +18,7 @@ from polite.methods.pebble_config import (
 from polite.methods.preference_learning import MakeTeacher
 from polite.methods.presets import OWN_FORM, EnvPreset
 from polite.methods.schedules import Schedule, decaying_rate, up_front
-from polite.teachers.bpref import BPREF_TEACHERS
+from polite.teachers.bpref import BPREF_TEACHERS, BPrefTeacher
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
 from polite.types import SegmentPool
@@ -46,6 +46,7 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
         members=config.members,
+        normalise=config.normalise,
         training=preset.training,
         ppo=preset.ppo,
     )
@@ -66,10 +67,11 @@ def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
 
 
 def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
-    """The preset with what the run changes of its losses; teacher and loss agree on L.
+    """The preset with what the run changes of env and losses; teacher and loss agree on L.
 
     Raises:
-        InvalidValueError: if there is no such form of the highlight loss, or L or λ is none.
+        InvalidValueError: if there is no such form of the highlight loss, or L or λ is none, or the
+            share of held-out answers is none.
     """
     if config.preset == "paper":
         preset = preset.as_in_paper()
@@ -79,16 +81,26 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
         for name in ("highlight_length", "highlight_decay")
         if getattr(config, name) is not None
     }
-    training = replace(preset.training, preference=config.loss, **changes)
+    training = replace(
+        preset.training,
+        preference=config.loss,
+        validation_share=config.validation_share,
+        **changes,
+    )
     oracle = preset.oracle and replace(preset.oracle, length=training.highlight_length)
-    return replace(preset, training=training, oracle=oracle)
+    settings = {**preset.settings, **parse_env_settings(config.env_settings)}
+    return replace(preset, training=training, oracle=oracle, settings=settings)
 
 
 def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
     """From the first session's segments to who answers.
 
     B-Pref's teachers place highlights as the env's oracle does.
+
+    Raises:
+        InvalidValueError: if a number of the teacher's is out of its range.
     """
+    bpref = _bpref_teacher(config)
     noise = HighlightNoise(
         miss_probability=config.highlights_missed,
         wrong_sign_probability=config.highlights_wrong_sign,
@@ -97,7 +109,6 @@ def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
 
     def make(pool: SegmentPool) -> Teacher:
         oracle = replace(preset.oracle_for(pool), marks_labelled=config.marks == "labelled")
-        bpref = BPREF_TEACHERS.get(config.teacher)
         teacher = oracle if bpref is None else bpref.marking_like(oracle)
         who = QuantileOracle(teacher) if preset.marks_unusual else teacher
         if noise == HighlightNoise():
@@ -105,3 +116,11 @@ def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
         return NoisyHighlights(who.answer_queries, noise).answer_queries
 
     return make
+
+
+def _bpref_teacher(config: TrainConfig) -> BPrefTeacher | None:
+    """The teacher of B-Pref's that was asked for, with the numbers that were."""
+    teacher = BPREF_TEACHERS.get(config.teacher)
+    if teacher is not None and config.rationality is not None:
+        teacher = replace(teacher, rationality=config.rationality)
+    return teacher and replace(teacher, average_return=config.average_return)

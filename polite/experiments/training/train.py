@@ -16,7 +16,7 @@ from rich.progress import Progress
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
 from polite.experiments.training.config import TrainConfig
 from polite.experiments.training.judge import judge, outcomes
@@ -33,11 +33,14 @@ from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
+from polite.methods.setup import vector_sizes
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
+from polite.policies.sac import check_bounds
 from polite.policies.vec_env import make_vec_env
 
 RESULTS = "results.json"
+BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
 
@@ -84,17 +87,24 @@ def run_train(config: TrainConfig) -> Path:
     start = _learner(config, preset, make_env)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
-    claim_folder(config.out, _identity(config), config.resume)
-    with make_progress() as progress, one_torch_thread():
+        vector_sizes(env)
+        if config.method in PEBBLE_METHODS:
+            check_bounds(env)
+    with (
+        sole_run(config.out, _identity(config), config.resume, BUSY),
+        make_progress() as progress,
+        one_torch_thread(),
+    ):
         if (config.out / RESULTS).exists():
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
             report = _reporter(progress)
             learned = start(report)
+            _write_learned(config.out, learned)
             report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             results = {"config": _identity(config), "evaluation": judged} | _results(learned)
-            _write(config.out, learned, results)
+            _write_results(config.out, results)
     return config.out / RESULTS
 
 
@@ -146,11 +156,15 @@ def _results(learned: Learned) -> Results:
     }
 
 
-def _write(folder: Path, learned: Learned, results: Results) -> None:
-    """Write models, data, the figure, and at last the results."""
+def _write_learned(folder: Path, learned: Learned) -> None:
+    """Write models and data, before anything else can go wrong."""
     save_models(folder / "models", learned.policy, learned.reward)
     if learned.feedback is not None:
         save_feedback(folder / "data", **vars(learned.feedback))
+
+
+def _write_results(folder: Path, results: Results) -> None:
+    """Write the figure, and at last the results."""
     draw_learning_curve(folder / "figures" / "learning_curve.png", results)
     write_json(folder / RESULTS, results)
     (folder / CHECKPOINT).unlink(missing_ok=True)

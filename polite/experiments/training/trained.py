@@ -12,6 +12,7 @@ import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.benchmark_records import UNASKED
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.settings import env_maker, env_preset
+from polite.experiments.training.config import parse_env_settings
 from polite.experiments.training.models import POLICY, Reward, load_models
 from polite.files import one_line, read_json_object
 from polite.methods.preference_learning import MakeEnv
@@ -64,7 +65,8 @@ def _of_training(folder: Path) -> Trained:
     with _settings(folder / "results.json", "config") as config:
         env, method, seed = config["env"], config["method"], config["seed"]
         label = method if method in _UNASKED else f"{method}-{config['queries']}"
-        settings = preset_of(env).settings
+        asked = parse_env_settings(config.get("env_settings", ()))
+        settings = {**preset_of(env).settings, **asked}
     policy, reward = load_models(folder / "models")
     return Trained(
         env=env,
