@@ -45,7 +45,7 @@ class EpisodeTally(VecEnvWrapper):
         self._steps += self.num_envs
         self._returns += rewards
         self._lengths += 1
-        for n in np.flatnonzero(ended):
+        for n in np.flatnonzero(ended).tolist():
             told = told_numbers(self._env.last_info.get("final_info", {}), n)
             record = {"step": float(self._steps), "return": float(self._returns[n])}
             record["length"] = float(self._lengths[n])

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from matplotlib import rc_context
@@ -31,7 +32,7 @@ from polite.experiments.workers import one_torch_thread
 from polite.files import write_atomically, write_json
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
-from polite.methods.preference_learning import Learned, MakeEnv, Report, learn
+from polite.methods.preference_learning import Follow, Learned, MakeEnv, Report, learn
 from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.setup import vector_sizes
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
@@ -43,6 +44,8 @@ RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
+RECENT = 20
+"""Finished episodes whose mean return stands beside the bar."""
 
 Results = dict[str, Any]
 
@@ -98,10 +101,10 @@ def run_train(config: TrainConfig) -> Path:
         if (config.out / RESULTS).exists():
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
-            report = _reporter(progress)
-            learned = start(report)
+            bar = _Bar(progress)
+            learned = start(bar.report, bar.follow)
             _write_learned(config.out, learned)
-            report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
+            bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             results = {"config": _identity(config), "evaluation": judged} | _results(learned)
             _write_results(config.out, results)
@@ -110,14 +113,16 @@ def run_train(config: TrainConfig) -> Path:
 
 def _learner(
     config: TrainConfig, preset: EnvPreset, make_env: MakeEnv
-) -> Callable[[Report], Learned]:
+) -> Callable[[Report, Follow], Learned]:
     """The training, ready to start; whatever is wrong with its settings is said before it does."""
     make_teacher, seed = teacher_maker(config, preset), config.seed
     if config.method in PEBBLE_METHODS:
         pebble, checkpoint = pebble_settings(config, preset), config.out / CHECKPOINT
-        return lambda report: learn_pebble(make_env, make_teacher, pebble, seed, report, checkpoint)
+        return lambda report, follow: learn_pebble(
+            make_env, make_teacher, pebble, seed, report, checkpoint, follow
+        )
     learning = learning_config(config, preset)
-    return lambda report: learn(make_env, make_teacher, learning, seed, report)
+    return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 
 def _identity(config: TrainConfig) -> Results:
@@ -131,10 +136,20 @@ def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
     return lambda count, seed: make_vec_env(config.env, count, seed, **preset.settings)
 
 
-def _reporter(progress: Progress) -> Report:
-    """A bar that says what is happening."""
-    bar = progress.add_task("beginning", total=1.0)
-    return lambda says, share: progress.update(bar, description=says, completed=share)
+class _Bar:
+    """Says what is happening, how far it is, and how the policy does meanwhile."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._bar = progress, progress.add_task("beginning", total=1.0)
+        self._does = ""
+
+    def report(self, says: str, share: float) -> None:
+        self._progress.update(self._bar, description=says + self._does, completed=share)
+
+    def follow(self, episodes: Sequence[Mapping[str, float]]) -> None:
+        if episodes:
+            recent = fmean(episode["return"] for episode in episodes[-RECENT:])
+            self._does = f", true return {recent:,.2f}"
 
 
 def _results(learned: Learned) -> Results:
