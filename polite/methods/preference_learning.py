@@ -187,9 +187,13 @@ class _Learner:
             normalise(self._model, self._history.pool)
 
     def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
-        """Act in envs of their own, and cut segments."""
+        """Act in envs of their own, and cut segments.
+
+        Whole episodes where they have a limit, however few the segments: they may come from the end
+        of one as well as from its beginning.
+        """
         length = self._config.schedule.segment_length
-        steps = min(count * length, self._env.time_limit or count * length)
+        steps = self._env.time_limit or count * length
         env = self._make_env(ceil(count * length / steps), 0)
         try:
             trajectories = collect(env.vector_env, act, steps, int(rng.integers(2**31)))

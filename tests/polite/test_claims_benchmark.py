@@ -70,6 +70,14 @@ def test_fewer_queries(polite: float, expected: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("more", "expected"),
+    [(900.0, "reproduced"), (500.0, "not reproduced"), (702.0, "undecided")],
+)
+def test_more_answers_help_the_baseline(more: float, expected: str) -> None:
+    assert verdict(cells({B262: 700.0, B800: more}), "more-answers")["verdict"] == expected
+
+
+@pytest.mark.parametrize(
     ("polite", "expected"),
     [(1330.0, "reproduced"), (900.0, "not reproduced"), (1900.0, "not reproduced")],
 )
@@ -204,7 +212,8 @@ def test_a_control_is_no_cell_of_the_plain_comparisons_and_the_other_way_round()
     records = with_controls(700.0, 790.0, 900.0)
     assert verdict(records, "bar-fewer-queries")["measured"] == pytest.approx(300)
     assert verdict(records, "bar-equal-effort")["measured"] == pytest.approx(100)
-    assert {claim["variant"] for claim in judge_benchmark(records)} == {""}
+    variants = {(c["id"] == "more-answers", c["variant"]) for c in judge_benchmark(records)}
+    assert variants == {(False, ""), (True, ""), (True, "equal-updates")}  # among themselves
     # The controls are about our form under the pairwise loss alone, and need their own runs.
     others = with_controls(700.0, 790.0, 900.0, loss="released")
     plain = [r for r in records if not r["run"]["variant"]]

@@ -164,6 +164,13 @@ def test_clips_are_cut_short_by_early_ends_only_where_they_are_shown(show_ends: 
     assert bool(lengths & {2, 3, 4, 5}) == show_ends
 
 
+def test_few_clips_may_come_from_any_part_of_an_episode() -> None:
+    """Once they came from its first steps, as many as the clips have."""
+    few = replace(SMALL.schedule, segments_per_query=2)  # 12 steps of an episode of 20
+    starts = learned(queries=4, schedule=few).feedback.pool.start
+    assert starts.max() > 6 > starts.min()
+
+
 def test_equal_updates_train_the_reward_model_as_often_whatever_the_budget(monkeypatch) -> None:
     steps: list[int] = []
     true_loss = trainer.batch_loss

@@ -92,8 +92,8 @@ def test_a_stopped_pebble_goes_on_from_its_last_session(tmp_path, monkeypatch) -
             if share > 0.7:
                 raise KeyboardInterrupt
 
-        *rest, _, checkpoint = args
-        return learn_pebble(*rest, report, checkpoint, **kwargs)
+        *rest, _, checkpoint, follow = args
+        return learn_pebble(*rest, report, checkpoint, follow, **kwargs)
 
     again = settings(tmp_path, method="pebble", out=tmp_path / "again")
     with monkeypatch.context() as patch:
