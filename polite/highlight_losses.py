@@ -57,7 +57,8 @@ def choice_loss(
 
     The teacher could have marked any window and marked this one. Under the model of Eq. 1, in which
     an option is chosen in proportion to exp(return), and with a window standing for m steps like
-    it, so that options weigh as much as the segments of a query do,
+    it (m also for a segment that was cut short), so that options weigh as much as the segments of a
+    query do,
 
         P[h ends at j | σ] = exp(±m Ḡ_j) / Σ_k exp(±m Ḡ_k),
 

@@ -4,7 +4,8 @@ The rules were written before the runs, but for one that says so. Every claim is
 each combination of loss, form of the highlights and variant of which all its cells are finished or
 planned. It is the paper's own claim only under the paper's form of the highlights (or none) in the
 env itself; under anything else the same rule makes a comparison. Differences have Welch's interval,
-ratios Fieller's. A cell with fewer than two runs decides nothing, and runs that are missing are named.
+ratios Fieller's. A cell with fewer than two runs decides nothing, and runs that are missing are
+named.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ class QuantileOracle:
     that a session asks about in PEBBLE.
 
     Fixed thresholds belong to one reward and one stage of a policy: the released ones make nearly
-    every answer carry h⁺ and hardly any h⁻ on Walker2d and HalfCheetah. People compare with what
+    every answer carry h⁺ and hardly any h⁻ on Walker2d and HalfCheetah. People compare with
     what they know. For the same reason the sign of the true reward plays no part: a constant added
     to it changes no preference between clips of equal length, so it should change no highlight.
     """

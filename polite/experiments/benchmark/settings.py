@@ -135,7 +135,8 @@ def env_maker(run: Run, preset: EnvPreset) -> MakeEnv:
 def fingerprint(run: Run) -> str:
     """A short SHA-256 of all that is set for a run, so that its record tells what made it.
 
-    It changes with every setting, a new one included; the seed is in the run's own description.
+    It changes with every setting, a new one included; the seed is in the run's own description. Not
+    with constants in the code, nor with the versions of packages: those stand beside the times.
 
     Raises:
         InvalidValueError: if the run names something that is not known.
