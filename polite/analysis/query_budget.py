@@ -45,8 +45,8 @@ def queries_to_reach(
     Between two budgets that were run, the mean is taken as linear in log2(queries). Nothing is
     extrapolated: below the smallest budget the answer is "at or before", above the largest "not
     reached". The first crossing counts, so that of two methods the one with more budgets has more
-    chances to cross early by luck. The interval is a percentile bootstrap over the seeds of each budget, which is too
-    narrow for few seeds; a budget with a single seed adds no spread at all.
+    chances to cross early by luck. The interval is a percentile bootstrap over the seeds of each
+    budget, which is too narrow for few seeds; a budget with a single seed adds no spread at all.
 
     Args:
         finals: (n,) final returns by budget ≥ 1; empty budgets are left out.
