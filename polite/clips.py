@@ -58,7 +58,7 @@ def write_clip(path: Path, frames: Frames, fps: float) -> None:
 
 
 @contextmanager
-def renderer(env_id: str, **settings: Any) -> Iterator[tuple[Render, float]]:
+def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
     """Open an env for pictures only; nothing that is running anywhere is touched.
 
     The rows that it draws are those of `polite.rollouts.state_rows`. A MuJoCo env is seen by the

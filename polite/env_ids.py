@@ -11,6 +11,9 @@ import gymnasium as gym
 from polite.files import one_line
 from polite.types import PoliteError
 
+_UNMAKEABLE = (gym.error.Error, AssertionError, ImportError, OSError, TypeError, ValueError)
+"""What an env says to keywords that it cannot have, a model's file that is not there among them."""
+
 
 @contextmanager
 def making(env_id: str, purpose: str = "") -> Iterator[str]:
@@ -32,7 +35,7 @@ def making(env_id: str, purpose: str = "") -> Iterator[str]:
             importlib.import_module(module)
         with _quiet_models(name):
             yield name
-    except (gym.error.Error, ImportError, TypeError, ValueError) as error:
+    except _UNMAKEABLE as error:
         raise PoliteError(f"cannot make {env_id!r}{purpose}: {one_line(error)}") from error
 
 

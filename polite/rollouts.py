@@ -110,7 +110,8 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
         seed: Seeds the reset; env n gets seed + n.
 
     Returns:
-        (N,) `return` and `length`, and the numbers that the final `info` of every episode tells.
+        (N,) `return` and `length`, and the numbers that the final `info` of any episode tells, NaN
+        for those that do not tell them.
     """
     observations, _ = env.reset(seed=seed)
     running = np.ones(env.num_envs, dtype=np.bool_)
@@ -124,8 +125,8 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
         for n in np.flatnonzero(ended).tolist():
             final[n] = told_numbers(info.get("final_info", {}), n)
         running &= ~ended
-    names = set.intersection(*(set(told) for told in final))
-    return totals | {name: np.array([told[name] for told in final]) for name in sorted(names)}
+    names = sorted(set().union(*final))
+    return {name: np.array([told.get(name, np.nan) for told in final]) for name in names} | totals
 
 
 def told_numbers(info: Mapping[str, Any], n: int) -> dict[str, float]:

@@ -291,16 +291,6 @@ RULES: Final[tuple[Rule, ...]] = (
         own_variants=BAR,
     ),
     Rule(
-        "more-answers",
-        "More answers help the baseline: with 800 it beats itself with 262",
-        NOT_IN_PAPER,
-        f"Final true return, baseline-800 minus baseline-262: {ABOVE_0} (Written after the first "
-        "30 runs with answers, in which it was below 0.)",
-        (BASELINE_800, BASELINE_262),
-        _above("baseline-800 minus baseline-262", BASELINE_800, BASELINE_262),
-        kind="comparison",
-    ),
-    Rule(
         "bar-equal-effort",
         "Our bar: with our form of the highlights, POLITE-200 beats the baseline at equal effort",
         NOT_IN_PAPER,
@@ -309,6 +299,16 @@ RULES: Final[tuple[Rule, ...]] = (
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
         own_variants=BAR,
+    ),
+    Rule(
+        "more-answers",
+        "More answers help the baseline: with 800 it beats itself with 262",
+        NOT_IN_PAPER,
+        f"Final true return, baseline-800 minus baseline-262: {ABOVE_0} (Written when its "
+        "means in the landed grid were the other way round.)",
+        (BASELINE_800, BASELINE_262),
+        _above("baseline-800 minus baseline-262", BASELINE_800, BASELINE_262),
+        kind="comparison",
     ),
     Rule(
         "control-shuffled",

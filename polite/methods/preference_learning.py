@@ -40,6 +40,8 @@ Report = Callable[[str, float], object]
 """Told what is happening, and the share of all policy steps that is done, in [0, 1]."""
 Follow = Callable[[Sequence[Mapping[str, float]]], object]
 """Given the finished training episodes so far, now and then."""
+LONG_EPISODE = 5_000
+"""Steps; where episodes are longer, few segments do not cost a whole one."""
 RANDOM_SEGMENTS = 100
 """Segments of random actions that the reward model's input statistics are those of."""
 
@@ -189,11 +191,12 @@ class _Learner:
     def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
         """Act in envs of their own, and cut segments.
 
-        Whole episodes where they have a limit, however few the segments: they may come from the end
-        of one as well as from its beginning.
+        Whole episodes if they are not very long, however few the segments: they may come from the
+        end of one as well as from its beginning.
         """
         length = self._config.schedule.segment_length
-        steps = self._env.time_limit or count * length
+        steps = max(count * length, LONG_EPISODE)
+        steps = min(steps, self._env.time_limit or count * length)
         env = self._make_env(ceil(count * length / steps), 0)
         try:
             trajectories = collect(env.vector_env, act, steps, int(rng.integers(2**31)))

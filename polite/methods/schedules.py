@@ -166,3 +166,11 @@ class EqualUpdates(Schedule):
         copied = super().epochs(number, fewer, batch_size, steps)
         updates = copied * updates_per_epoch(fewer, batch_size)
         return ceil(updates / updates_per_epoch(answers, batch_size))
+
+
+SCHEDULES: Final[Mapping[str, Schedule]] = {
+    "sessions": Schedule(),
+    "decaying": Schedule(interval=0.05, strategy=decaying_rate),
+    "up-front": Schedule(strategy=up_front),
+}
+"""By the name that configurations use."""

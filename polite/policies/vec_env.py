@@ -54,9 +54,15 @@ class GymnasiumVecEnv(VecEnv):
 
     @property
     def time_limit(self) -> int | None:
-        """Steps after which an episode is cut off, where there is such a limit."""
+        """Steps after which an episode is cut off, where there is such a limit.
+
+        What the envs were made with comes before what they are registered with; −1 is for none.
+        """
         spec = self.vector_env.spec
-        return None if spec is None else spec.max_episode_steps
+        if spec is None:
+            return None
+        limit: int | None = spec.kwargs.get("max_episode_steps", spec.max_episode_steps)
+        return None if limit == -1 else limit
 
     def check_time_limit(self) -> int:
         """The time limit.
@@ -67,7 +73,7 @@ class GymnasiumVecEnv(VecEnv):
         if self.time_limit is None:
             spec = self.vector_env.spec
             raise PoliteError(
-                f"{spec and spec.id}: no time limit; register it with max_episode_steps"
+                f"{spec and spec.id}: no time limit; register or make it with max_episode_steps"
             )
         return self.time_limit
 
@@ -142,7 +148,7 @@ def _values_of(info: dict[str, Any], n: int) -> dict[str, Any]:
     }
 
 
-def make_vec_env(env_id: str, count: int, seed: int, **settings: Any) -> GymnasiumVecEnv:
+def make_vec_env(env_id: str, count: int, seed: int, /, **settings: Any) -> GymnasiumVecEnv:
     """Make `count` envs that step together.
 
     An env's own vector version is used where it can reset within the same step, single envs side

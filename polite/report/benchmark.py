@@ -25,7 +25,8 @@ Results = Mapping[str, Any]
 TITLE = "POLITE benchmark: highlights, preferences and PEBBLE"
 SIMULATED = "The answers are from a simulated teacher."
 RULES = (
-    "The rules are code that was written before the runs. Reproduced, or holds: the whole 95% "
+    "The rules are code that was written before the runs, where a rule does not say "
+    "otherwise. Reproduced, or holds: the whole 95% "
     "interval satisfies the bound, for every part of the claim that is judged. Not reproduced, or "
     "does not hold: for some part the whole interval lies on the other side. Undecided: an "
     "interval straddles its bound, or a cell has fewer than two runs. “No worse” (value ≥) is "

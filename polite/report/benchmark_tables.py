@@ -26,7 +26,7 @@ def benchmark_claims_table(claims: Parts, kind: str, caption: str) -> Markup:
     for claim in claims:
         if claim["kind"] == kind:
             rows.setdefault((claim["id"], claim["env"]), []).append(claim)
-    head = ("Claim", "Env", "Paper", "Rule, written before the runs", "Here, by condition")
+    head = ("Claim", "Env", "Paper", "Rule", "Here, by condition")
     body = (
         (c[0]["text"], c[0]["env"], c[0]["published"], c[0]["rule"], join(map(_judged, c)))
         for c in rows.values()

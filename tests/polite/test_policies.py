@@ -193,6 +193,14 @@ def test_the_tally_keeps_what_was_told_of_the_episode_and_nothing_else() -> None
     assert set(env.records[-1]) == {"step", "return", "length", "success"}
 
 
+def test_the_time_limit_is_that_of_the_envs_that_were_made() -> None:
+    register()
+    for name, registered in (("Point-v0", 20), ("Endless-v0", None), ("SocialCorridor-v0", 600)):
+        assert make_vec_env(name, 1, 0).time_limit == registered
+        assert make_vec_env(name, 1, 0, max_episode_steps=7).time_limit == 7
+        assert make_vec_env(name, 1, 0, max_episode_steps=-1).time_limit is None
+
+
 # --- policies as numbers -------------------------------------------------------------------------
 
 

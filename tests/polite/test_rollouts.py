@@ -86,13 +86,14 @@ def test_evaluation_keeps_the_final_values_of_the_env() -> None:
     assert episodes["path_length"] == pytest.approx(np.zeros(3))
 
 
-def test_evaluation_keeps_the_numbers_that_every_episode_tells() -> None:
+def test_evaluation_keeps_numbers_whatever_else_is_told() -> None:
     """An array per env (Humanoid-v5's tendons) and an np.bool_ each ended a training once."""
     register()
     env = make_vec_env("Talkative-v0", 2, 0, lengths=(2, 5)).vector_env
     env.envs[1].unwrapped.episode = 0  # its next one is a second episode, which tells more
     episodes = evaluate(env, lambda o: np.zeros((2, 2), np.float32), seed=0)
-    assert set(episodes) == {"return", "length", "success"}
+    assert set(episodes) == {"return", "length", "success", "seldom"}
+    np.testing.assert_array_equal(episodes["seldom"], [np.nan, 1.0])
     assert episodes["success"].tolist() == [0, 1]
 
 

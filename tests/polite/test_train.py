@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PIL import Image
-from stub_envs import register
+from stub_envs import TalkativeEnv, register
 
 import polite
 from polite.analysis.learning_curve import learning_curve
@@ -242,6 +242,39 @@ def test_what_was_learned_is_kept_whatever_goes_wrong_after_it(tmp_path, monkeyp
     assert not (kept / "results.json").exists()
 
 
+def test_keywords_of_the_env_reach_it_and_their_order_is_no_setting(tmp_path) -> None:
+    asked = ("max_episode_steps=9", "disable_env_checker=true")
+    config = settings(tmp_path, env="Endless-v0", env_settings=asked)
+    results = json.loads(run_train(config).read_text("utf-8"))
+    assert results["evaluation"]["length"] == 9
+    again = replace(config, env_settings=asked[::-1], resume=True)
+    assert json.loads(run_train(again).read_text("utf-8")) == results
+
+
+def test_what_an_env_tells_only_where_it_happens_has_not_happened_elsewhere(
+    tmp_path, monkeypatch
+) -> None:
+    tell = TalkativeEnv.step
+
+    def step(self, action):
+        *step, _ = tell(self, action)
+        return *step, {} if self.episode % 2 else {"success": True}
+
+    monkeypatch.setattr(TalkativeEnv, "step", step)
+    results = json.loads(run_train(settings(tmp_path, env="Talkative-v0")).read_text("utf-8"))
+    assert results["evaluation"]["success_rate"] == 1.0  # a first episode in each env
+    assert np.mean(results["curve"]["success_rate"]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_folder_from_before_a_setting_came_can_be_gone_on_with(tmp_path) -> None:
+    config = settings(tmp_path)
+    marker = run_train(config).parent / "run.json"
+    assert not set(module.LATER) & set(json.loads(marker.read_text("utf-8")))
+    run_train(replace(config, resume=True))
+    with pytest.raises(PoliteError, match="other settings"):
+        run_train(replace(config, resume=True, normalise=True))
+
+
 def test_two_cannot_train_in_one_folder(tmp_path, monkeypatch) -> None:
     def second(*arguments):
         with pytest.raises(PoliteError, match="another `polite train`"):
@@ -271,6 +304,9 @@ def test_another_run_cannot_be_resumed(tmp_path) -> None:
         ({"env": "DescribedPoint-v0"}, "vectors"),
         ({"env": "BoundlessPoint-v0", "method": "pebble"}, "bounds"),
         ({"env_settings": ("no_such_keyword=1",)}, "no_such_keyword"),
+        ({"env_settings": ("seed=1",)}, "seed"),
+        ({"env_settings": ("max_episode_steps=-1",)}, "time limit"),
+        ({"env": "HalfCheetah-v5", "env_settings": ('xml_file="/nowhere.xml"',)}, "nowhere"),
     ],
 )
 def test_an_env_that_cannot_be_used_leaves_no_folder(tmp_path, change, says: str) -> None:

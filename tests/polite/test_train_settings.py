@@ -8,7 +8,6 @@ import pytest
 from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.experiments.training.settings import (
     FORMS,
-    SCHEDULES,
     adapt_preset,
     learning_config,
     pebble_settings,
@@ -18,7 +17,7 @@ from polite.methods.config import METHODS
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.presets import OWN_FORM, PRESETS, EnvPreset
-from polite.methods.schedules import Schedule
+from polite.methods.schedules import SCHEDULES, Schedule
 from polite.rewards.network import PAPER
 from polite.samplers import uniform_pairs
 from polite.teachers.bpref import BPREF_TEACHERS
@@ -171,6 +170,13 @@ def test_a_teacher_s_own_number_is_heeded_and_another_s_refused() -> None:
             replace(CONFIG, teacher="mistake", **change)
 
 
+@pytest.mark.parametrize("number", [-1.0, np.inf, np.nan])
+def test_a_teacher_s_number_is_a_number(number: float) -> None:
+    for change in (("stochastic", "rationality"), ("skip", "average_return")):
+        with pytest.raises(InvalidValueError, match=change[1]):
+            replace(CONFIG, teacher=change[0], **{change[1]: number})
+
+
 def test_highlights_can_stay_with_the_true_winner() -> None:
     labelled, true = answers(teacher="mistake"), answers(teacher="mistake", marks="true-winner")
     assert [a.preferred for a in labelled] == [a.preferred for a in true]
@@ -224,6 +230,20 @@ def test_the_reward_model_s_options_reach_it() -> None:
 # --- the env -------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("method", "change"),
+    [
+        ("ground-truth", {"normalise": True}),
+        ("ground-truth", {"validation_share": 0.2}),
+        ("untrained", {"validation_share": 0.2}),
+        ("highlights", {"validation_share": 0.2}),
+    ],
+)
+def test_what_a_method_would_not_heed_is_refused(method: str, change) -> None:
+    with pytest.raises(InvalidValueError, match=next(iter(change))):
+        replace(CONFIG, method=method, **change)
+
+
 def test_keywords_of_the_env_are_json() -> None:
     asked = ("terminate_when_unhealthy=false", "ctrl_cost_weight=0.5", 'word="a=b"')
     expected = {"terminate_when_unhealthy": False, "ctrl_cost_weight": 0.5, "word": "a=b"}
@@ -234,10 +254,12 @@ def test_keywords_of_the_env_are_json() -> None:
     assert adapted == {**preset.settings, "terminate_on_goal": True}
 
 
-@pytest.mark.parametrize("setting", ["", "name", "name=", "name=word", "=1", "two words=1"])
-def test_what_is_no_keyword_is_refused(setting: str) -> None:
+@pytest.mark.parametrize(
+    "settings", [("",), ("name",), ("name=",), ("name=word",), ("=1",), ("a b=1",), ("a=1", "a=2")]
+)
+def test_what_is_no_keyword_is_refused(settings: tuple[str, ...]) -> None:
     with pytest.raises(InvalidValueError, match="env_settings"):
-        replace(CONFIG, env_settings=(setting,))
+        replace(CONFIG, env_settings=settings)
 
 
 # --- mistakes ------------------------------------------------------------------------------------

@@ -1,4 +1,5 @@
 import json
+from contextlib import contextmanager
 from pathlib import Path
 
 import gymnasium as gym
@@ -10,6 +11,7 @@ from stub_envs import PointEnv
 
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.record import record_path
+from polite.experiments.training import watch as watch_module
 from polite.experiments.training.judge import judge
 from polite.experiments.training.train import train
 from polite.experiments.training.trained import read_trained
@@ -164,9 +166,27 @@ def test_a_run_of_a_grid_is_watched_as_it_was_trained(tmp_path, monkeypatch) -> 
 def test_the_env_is_made_with_the_keywords_that_were_given(tmp_path) -> None:
     folder = training(tmp_path)
     results = json.loads((folder / "results.json").read_text("utf-8"))
-    results["config"]["env_settings"] = ["max_episode_steps=7"]
-    write_json(folder / "results.json", results)
-    assert len(play(read_trained(folder), seed=0)) == 7
+    for limit in (7, 2 * LIMIT):
+        results["config"]["env_settings"] = {"max_episode_steps": limit}
+        write_json(folder / "results.json", results)
+        assert len(play(read_trained(folder), seed=0)) == limit
+
+
+def test_the_env_is_drawn_with_the_keywords_that_were_given(tmp_path, monkeypatch) -> None:
+    drawn = []
+
+    @contextmanager
+    def seen(env_id, **settings):
+        drawn.append(settings)
+        with renderer(env_id, **settings) as opened:
+            yield opened
+
+    renderer = watch_module.renderer
+    monkeypatch.setattr(watch_module, "renderer", seen)
+    asked = ("half_width=4.0", "max_episode_steps=20")
+    train(out=tmp_path / "run", queries=4, steps=1, evaluation_episodes=1, env_settings=asked)
+    watch(tmp_path / "run", tmp_path / "episode.png")
+    assert drawn[0]["half_width"] == 4.0
 
 
 def test_nobody_was_asked_by_an_untrained_reward(tmp_path) -> None:

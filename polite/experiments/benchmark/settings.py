@@ -10,7 +10,6 @@ from functools import cache
 from typing import Any, Final
 
 from polite.experiments.benchmark.grid import Run
-from polite.experiments.training.settings import SCHEDULES
 from polite.methods.config import METHODS, LearningConfig, Schedule
 from polite.methods.pebble_config import (
     PEBBLE_METHODS,
@@ -20,7 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import RANDOM_SEGMENTS, MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
-from polite.methods.schedules import LATER, EqualUpdates
+from polite.methods.schedules import LATER, SCHEDULES, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST

@@ -112,13 +112,11 @@ def _roll_out(
 ) -> SegmentPool:
     """Segments of whole episodes, more episodes than needed where these end early."""
     env = make_vec_env(env_id, 8, 0, **preset_of(env_id).settings)
-    spec = env.vector_env.spec
-    limit = spec.max_episode_steps if spec and spec.max_episode_steps else count * LENGTH
     try:
         trajectories = collect(
             env.vector_env,
             lambda observations: policy.sample(observations, rng),
-            limit,
+            env.time_limit or count * LENGTH,
             int(rng.integers(2**31)),
         )
     finally:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -59,8 +60,8 @@ class TrainConfig:
     """β of the teacher stochastic, per unit of true return; 1 if not given."""
     average_return: float | None = None
     """True return of an average clip, of which the teachers skip and equal take a tenth for too
-    little; that of the clips so far if not given. Where it is negative, nobody skips or calls
-    equal."""
+    little. If not given it is taken from the clips that are asked about, and while that is negative
+    nobody skips or calls equal."""
     schedule: Literal["sessions", "decaying", "up-front"] = "sessions"
     """When the teacher is asked. sessions: ten in the first fifth of the training; decaying: a
     quarter before it, the rest ever more rarely until its end; up-front: before it."""
@@ -118,6 +119,7 @@ class TrainConfig:
                 raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
         parse_env_settings(self.env_settings)
         self._check_teacher()
+        self._check_reward_model()
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
@@ -130,14 +132,31 @@ class TrainConfig:
         """A number that this teacher does not have would go unheard.
 
         Raises:
-            InvalidValueError: naming it.
+            InvalidValueError: naming it, or one that is out of its range.
         """
         for name, teachers in (
             ("rationality", ("stochastic",)),
             ("average_return", ("skip", "equal")),
         ):
-            if getattr(self, name) is not None and self.teacher not in teachers:
-                raise InvalidValueError(f"{name}: only for --teacher {' or '.join(teachers)}")
+            value = getattr(self, name)
+            if value is not None and not 0 <= value < inf:
+                raise InvalidValueError(f"{name}: expected a number of at least 0, got {self}")
+            if value is not None and self.teacher not in teachers:
+                raise InvalidValueError(f"{name}: only for {' and '.join(teachers)}, got {self}")
+
+    def _check_reward_model(self) -> None:
+        """What has no reward model scales none, and without preferences nothing can be held out.
+
+        Raises:
+            InvalidValueError: naming what would go unheard.
+        """
+        if self.normalise and self.method == "ground-truth":
+            raise InvalidValueError(f"normalise: expected a method with a reward model, got {self}")
+        if self.validation_share and self.method not in ("polite", "preferences"):
+            raise InvalidValueError(
+                "validation_share: expected a method that learns from preferences by PPO, got "
+                f"{self}"
+            )
 
     def _check_pebble(self) -> None:
         """PEBBLE brings its own times, pairs and models; a wish for others would go unheard.
@@ -150,7 +169,6 @@ class TrainConfig:
             ("sampler", "uniform"),
             ("members", 1),
             ("normalise", False),
-            ("validation_share", 0.0),
             ("show_ends", False),
         ):
             if getattr(self, name) != own:
@@ -165,7 +183,7 @@ def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:
     Raises:
         InvalidValueError: naming the one that is none.
     """
-    keywords = {}
+    keywords: dict[str, Any] = {}
     for setting in settings:
         name, _, value = setting.partition("=")
         try:
@@ -175,6 +193,8 @@ def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:
                 'env_settings: expected NAME=VALUE with a value in JSON (true, 0.5, "word"), got '
                 f"{setting!r}"
             ) from error
-        if not name.isidentifier():
-            raise InvalidValueError(f"env_settings: expected a keyword's name, got {setting!r}")
+    if not all(name.isidentifier() for name in keywords) or len(keywords) < len(settings):
+        raise InvalidValueError(
+            f"env_settings: expected names of keywords, each once, got {list(settings)}"
+        )
     return keywords

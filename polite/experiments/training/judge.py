@@ -39,7 +39,7 @@ def judge(make_env: MakeEnv, policy: Policy, episodes: int, seed: int) -> dict[s
 
 
 def outcomes(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Return and length of episodes, and the rates that the env tells."""
+    """Return and length of episodes, and the rates that the env tells; NaN has not happened."""
     known = {name: numbers[name] for name in ("return", "length")}
     return known | {
         rate: np.asarray(numbers[name]) > 0 for name, rate in RATES.items() if name in numbers

@@ -17,7 +17,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import MakeTeacher
 from polite.methods.presets import OWN_FORM, EnvPreset
-from polite.methods.schedules import Schedule, decaying_rate, up_front
+from polite.methods.schedules import SCHEDULES
 from polite.teachers.bpref import BPREF_TEACHERS, BPrefTeacher
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
@@ -25,11 +25,6 @@ from polite.types import SegmentPool
 
 FORMS: Final = {"fast": OWN_FORM, "paper": "paper"}
 """What a highlight says under each preset."""
-SCHEDULES: Final = {
-    "sessions": Schedule(),
-    "decaying": Schedule(interval=0.05, strategy=decaying_rate),
-    "up-front": Schedule(strategy=up_front),
-}
 
 
 def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:

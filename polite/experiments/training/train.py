@@ -19,8 +19,8 @@ from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
 from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
-from polite.experiments.training.config import TrainConfig
-from polite.experiments.training.judge import judge, outcomes
+from polite.experiments.training.config import TrainConfig, parse_env_settings
+from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
 from polite.experiments.training.settings import (
     adapt_preset,
@@ -44,6 +44,8 @@ RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
+LATER = ("env_settings", "rationality", "average_return", "normalise", "validation_share")
+"""Settings that came when trainings had been begun without: at its default each leaves no trace."""
 RECENT = 20
 """Finished episodes whose mean return stands beside the bar."""
 
@@ -128,7 +130,13 @@ def _learner(
 def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
-    return {name: settings[name] for name in settings if name not in ("out", "resume")}
+    for field in dataclasses.fields(config):
+        late = field.name in LATER and settings[field.name] == field.default
+        if late or field.name in ("out", "resume"):
+            del settings[field.name]
+    if "env_settings" in settings:
+        settings["env_settings"] = parse_env_settings(config.env_settings)
+    return settings
 
 
 def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
@@ -144,17 +152,19 @@ class _Bar:
         self._does = ""
 
     def report(self, says: str, share: float) -> None:
-        self._progress.update(self._bar, description=says + self._does, completed=share)
+        does = self._does if share < 1 else ""
+        self._progress.update(self._bar, description=says + does, completed=share)
 
     def follow(self, episodes: Sequence[Mapping[str, float]]) -> None:
         if episodes:
             recent = fmean(episode["return"] for episode in episodes[-RECENT:])
-            self._does = f", true return {recent:,.2f}"
+            self._does = f", true return lately {recent:,.2f}"
 
 
 def _results(learned: Learned) -> Results:
     """What the training was and how it went."""
-    episodes = [{"step": e["step"]} | outcomes(e) for e in learned.episodes]
+    told = dict.fromkeys(set(RATES) & set().union(*learned.episodes), 0.0)
+    episodes = [{"step": e["step"]} | outcomes(told | e) for e in learned.episodes]
     answers = learned.feedback.answers if learned.feedback else []
     return {
         "simulated": True,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,14 +11,12 @@ from typing import Any, Final
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.benchmark_records import UNASKED
 from polite.experiments.benchmark.grid import Run
-from polite.experiments.benchmark.settings import env_maker, env_preset
-from polite.experiments.training.config import parse_env_settings
+from polite.experiments.benchmark.settings import env_preset
 from polite.experiments.training.models import POLICY, Reward, load_models
 from polite.files import one_line, read_json_object
-from polite.methods.preference_learning import MakeEnv
 from polite.methods.presets import preset_of
 from polite.policies.policy import Policy
-from polite.policies.vec_env import make_vec_env
+from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.types import InvalidValueError, PoliteError
 
 _UNASKED: Final = UNASKED | {"sac"}
@@ -31,14 +29,18 @@ class Trained:
 
     env: str
     """Id of the env."""
-    make_env: MakeEnv
-    """Makes envs as they were in the training."""
+    settings: Mapping[str, Any]
+    """The env's keywords, as they were in the training."""
     policy: Policy
     reward: Reward
     title: str
     """Env, method and seed."""
     models: Path
     """The folder of the two models."""
+
+    def make_env(self, count: int, seed: int) -> GymnasiumVecEnv:
+        """So many envs that step together, as they were in the training."""
+        return make_vec_env(self.env, count, seed, **self.settings)
 
 
 def read_trained(folder: Path) -> Trained:
@@ -65,12 +67,11 @@ def _of_training(folder: Path) -> Trained:
     with _settings(folder / "results.json", "config") as config:
         env, method, seed = config["env"], config["method"], config["seed"]
         label = method if method in _UNASKED else f"{method}-{config['queries']}"
-        asked = parse_env_settings(config.get("env_settings", ()))
-        settings = {**preset_of(env).settings, **asked}
+        settings = {**preset_of(env).settings, **config.get("env_settings", {})}
     policy, reward = load_models(folder / "models")
     return Trained(
         env=env,
-        make_env=lambda count, seed: make_vec_env(env, count, seed, **settings),
+        settings=settings,
         policy=policy,
         reward=reward,
         title=f"{env}, {label}, seed {seed}",
@@ -81,12 +82,12 @@ def _of_training(folder: Path) -> Trained:
 def _of_grid(folder: Path) -> Trained:
     with _settings(folder.parent.parent / "runs" / f"{folder.name}.json", "run") as settings:
         run = Run(**settings)
-        make_env = env_maker(run, env_preset(run))
+        keywords = env_preset(run).settings
     parts = (run.env, run.label, run.highlights, run.variant, f"seed {run.seed}")
     policy, reward = load_models(folder)
     return Trained(
         env=run.env,
-        make_env=make_env,
+        settings=keywords,
         policy=policy,
         reward=reward,
         title=", ".join(part for part in parts if part),

@@ -50,7 +50,7 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
     trained = read_trained(folder)
     out = out or trained.models / f"episode_{seed}.webp"
     _check(out, seed)
-    with renderer(trained.env) as (render, pace), make_progress() as progress:
+    with renderer(trained.env, **trained.settings) as (render, pace), make_progress() as progress:
         episode = play(trained, seed)
         steps = _steps(len(episode), pace, still=out.suffix in PICTURES)
         frames = np.stack(
