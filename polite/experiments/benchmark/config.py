@@ -46,7 +46,7 @@ class BenchmarkConfig:
     and with answers until the end
     3: highlights alone, and Walker2d without its early end
     4: PEBBLE, and POLITE with 100
-    5: five more seeds of the headline"""
+    5: five more seeds of the headline, and on Walker2d ten more of POLITE-200 and baseline-262"""
     highlights: Names = ()
     """Only these forms of the highlight loss: paper, choice; none for runs without highlights."""
     loss: Names = ()

@@ -273,6 +273,13 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                 ),
                 seeds=range(5, 10),
             ),
+            Block(  # ten seeds left this comparison undecided
+                cells=(
+                    *_cell("polite", 200, form="choice", envs=("Walker2d-v5",)),
+                    *_cell("preferences", 262, envs=("Walker2d-v5",)),
+                ),
+                seeds=range(10, 20),
+            ),
         ),
     ),
     "paper": (
