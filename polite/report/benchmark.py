@@ -40,6 +40,7 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
         "Learning curves (Fig. 4)",
         "True return of training episodes against policy steps, mean ± standard error over runs "
         "(n: runs of each cell). The learner never sees the true reward, except where it is named. "
+        "Baselines have as many queries as the paper's form, or the effort of another one's. "
         "PEBBLE's trainings are shorter. Steps spent on collecting clips are not in the axis; the "
         "table of cells has them.",
     ),

@@ -76,7 +76,11 @@ def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
 
 
 def learning_figure(results: Results) -> Figure | None:
-    """Fig. 4: one row an env, one column a loss and form of highlights."""
+    """Fig. 4: one row an env, one column a loss and form of highlights.
+
+    The paper's form stands beside baselines with as many queries, as in the paper, ours beside
+    those of equal effort.
+    """
     envs, columns = results["envs"], places(results)
     if not columns:
         return None
@@ -85,10 +89,12 @@ def learning_figure(results: Results) -> Figure | None:
     shown: list[Cell] = []
     for row, env in zip(axes, envs, strict=True):
         for ax, place in zip(row, columns, strict=True):
+            others = EQUAL_EFFORT.values() if place[1] == PAPER_FORM else EQUAL_EFFORT
             cells = [
                 cell
                 for cell in seen_cells(results, env, place)
-                if cell["method"] != "highlights" and cell["queries"] not in EQUAL_EFFORT.values()
+                if cell["method"] != "highlights"
+                and not (cell["method"] == "preferences" and cell["queries"] in others)
             ]
             draw_learning_curves(ax, cells).set_title(f"{env}\n{short_title(place)}")
             shown += cells

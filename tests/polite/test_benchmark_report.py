@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,8 @@ from polite.plots.benchmark_effects import draw_ablation, draw_improvement
 from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
-from polite.report.benchmark_figures import FIGURES
+from polite.report.benchmark_figures import FIGURES, learning_figure
+from polite.report.benchmark_selection import places
 from polite.report.benchmark_words import (
     BAR_QUESTIONS,
     benchmark_findings,
@@ -211,6 +213,19 @@ def test_learning_curves_draw_the_mean_with_its_standard_error(
     edges = [line for line in ax.lines if str(line.get_label()).startswith("_")]
     mean, error = (np.array(cell["curve"][name]) for name in ("mean", "error"))
     np.testing.assert_allclose(edges[0].get_ydata(), mean - error)
+
+
+def test_each_form_stands_beside_its_own_baselines(results: dict[str, Any]) -> None:
+    figure = learning_figure(results)
+    assert figure is not None
+    shown: dict[bool, set[str]] = {True: set(), False: set()}
+    for ax, (_, form) in zip(figure.axes, cycle(places(results)), strict=False):
+        labels = {str(line.get_label()) for line in ax.lines}
+        shown[form == "choice"] |= {name for name in labels if "baseline" in name}
+    assert shown == {
+        True: {"baseline-262", "baseline-525", "baseline-800"},
+        False: {"baseline-400", "baseline-800"},
+    }
 
 
 def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]) -> None:
