@@ -148,7 +148,7 @@ def _values_of(info: dict[str, Any], n: int) -> dict[str, Any]:
     }
 
 
-def make_vec_env(env_id: str, count: int, seed: int, /, **settings: Any) -> GymnasiumVecEnv:
+def make_vec_env(env_id: str, count: int, /, seed: int, **settings: Any) -> GymnasiumVecEnv:
     """Make `count` envs that step together.
 
     An env's own vector version is used where it can reset within the same step, single envs side

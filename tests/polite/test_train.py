@@ -304,7 +304,7 @@ def test_another_run_cannot_be_resumed(tmp_path) -> None:
         ({"env": "DescribedPoint-v0"}, "vectors"),
         ({"env": "BoundlessPoint-v0", "method": "pebble"}, "bounds"),
         ({"env_settings": ("no_such_keyword=1",)}, "no_such_keyword"),
-        ({"env_settings": ("seed=1",)}, "seed"),
+        ({"env_settings": ("count=1",)}, "count"),
         ({"env_settings": ("max_episode_steps=-1",)}, "time limit"),
         ({"env": "HalfCheetah-v5", "env_settings": ('xml_file="/nowhere.xml"',)}, "nowhere"),
     ],

@@ -255,7 +255,17 @@ def test_keywords_of_the_env_are_json() -> None:
 
 
 @pytest.mark.parametrize(
-    "settings", [("",), ("name",), ("name=",), ("name=word",), ("=1",), ("a b=1",), ("a=1", "a=2")]
+    "settings",
+    [
+        ("",),
+        ("name",),
+        ("name=",),
+        ("name=word",),
+        ("=1",),
+        ("a b=1",),
+        ("a=1", "a=2"),
+        ("seed=1",),
+    ],
 )
 def test_what_is_no_keyword_is_refused(settings: tuple[str, ...]) -> None:
     with pytest.raises(InvalidValueError, match="env_settings"):

@@ -197,4 +197,8 @@ def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:
         raise InvalidValueError(
             f"env_settings: expected names of keywords, each once, got {list(settings)}"
         )
+    if "seed" in keywords:
+        raise InvalidValueError(
+            f"env_settings: the envs' seeds follow from --seed, got {list(settings)}"
+        )
     return keywords
