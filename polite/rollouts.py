@@ -140,8 +140,7 @@ def told_numbers(info: Mapping[str, Any], n: int) -> dict[str, float]:
         for name, column in info.items()
         if isinstance(column, np.ndarray) and f"_{name}" in info and info[f"_{name}"][n]
     }
-    numbers = {name: value for name, value in values.items() if isinstance(value, _NUMBER)}
-    return {name: float(value) for name, value in numbers.items()}
+    return {name: float(value) for name, value in values.items() if isinstance(value, _NUMBER)}
 
 
 _NUMBER = (Real, np.bool_)

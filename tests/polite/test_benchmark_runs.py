@@ -36,7 +36,7 @@ DEADLINE = 120.0
 """Seconds after which something hangs."""
 
 DIES = """
-import os, sys
+import os, signal, sys
 from pathlib import Path
 from polite.experiments.benchmark import drive
 from polite.experiments.benchmark.engines import LocalEngine
@@ -51,6 +51,8 @@ def look(folder, runs):
     return standing(folder, runs)
 
 if __name__ == "__main__":
+    # A shell's background job, and so the tests that it runs, ignores what Ctrl-C sends.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     drive.UPDATE_EVERY, drive.standing = 0.02, look
     drive.Board.update = lambda self: self._look()
     with LocalEngine(1) as engine:

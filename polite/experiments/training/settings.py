@@ -91,9 +91,6 @@ def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
     """From the first session's segments to who answers.
 
     B-Pref's teachers place highlights as the env's oracle does.
-
-    Raises:
-        InvalidValueError: if a number of the teacher's is out of its range.
     """
     bpref = _bpref_teacher(config)
     noise = HighlightNoise(
