@@ -46,14 +46,17 @@ def chi_square_part(
     cluster = permutation_test(baseline, polite, rng)
     interval = welch_difference(baseline, polite)
     return {
-        "statistic": corrected.statistic,
-        "p_value": corrected.p_value,
+        "statistic": as_json(corrected.statistic),
+        "p_value": as_json(corrected.p_value),
         "yates": True,
-        "uncorrected": {"statistic": plain.statistic, "p_value": plain.p_value},
+        "uncorrected": {
+            "statistic": as_json(plain.statistic),
+            "p_value": as_json(plain.p_value),
+        },
         "cluster": {
             "method": "permutation of whole participants; statistic: baseline minus POLITE rate",
-            "statistic": cluster.statistic,
-            "p_value": cluster.p_value,
+            "statistic": as_json(cluster.statistic),
+            "p_value": as_json(cluster.p_value),
         }
         | {name: interval.as_json()[name] for name in ("low", "high")},
     }
@@ -68,7 +71,7 @@ def times_part(polite: Array, baseline: Array) -> dict[str, Any]:
         "increase": summary["polite"].mean / summary["baseline"].mean - 1.0,
         "difference": welch_difference(groups["polite"], groups["baseline"]).as_json(),
         "welch_t": as_json(test.statistic),
-        "p_value": test.p_value,
+        "p_value": as_json(test.p_value),
     }
 
 

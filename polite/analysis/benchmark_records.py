@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -122,6 +123,17 @@ class Grid:
             cell: [record for _, record in sorted(found.get(cell, {}).items())] for cell in order
         }
         self.planned = wanted
+
+    def since(self, seed: int) -> Grid:
+        """The same grid with the runs of this seed and later ones only."""
+        part = copy(self)
+        part.planned = {c: {s for s in held if s >= seed} for c, held in self.planned.items()}
+        part.runs = {
+            cell: [record for record in records if record["run"]["seed"] >= seed]
+            for cell, records in self.runs.items()
+        }
+        part.runs = {c: found for c, found in part.runs.items() if found or part.planned.get(c)}
+        return part
 
     def seeds(self, cell: Cell) -> list[int]:
         """The seeds that are finished."""

@@ -197,7 +197,10 @@ def _mean_at(view: View, wanted: Wanted, steps: int) -> float | None:
 
 
 def _aggregates(grid: Grid, seed: int) -> list[dict[str, Any]]:
-    """IQM of the normalised scores over all envs that hold a cell, stratified by env."""
+    """IQM of the normalised scores over all envs that hold a cell, stratified by env.
+
+    Every env counts as much: as many runs of each as of the env with the fewest, the first ones.
+    """
     groups: dict[Cell, list[Cell]] = {}
     for cell, runs in grid.runs.items():
         if runs and not cell.variant:
@@ -207,6 +210,8 @@ def _aggregates(grid: Grid, seed: int) -> list[dict[str, Any]]:
         strata = [scores(grid, cell) for cell in cells]
         if len(cells) < 2 or not all(s.size and np.isfinite(s).all() for s in strata):
             continue
+        fewest = min(s.size for s in strata)
+        strata = [s[:fewest] for s in strata]
         iqm = bootstrap_interval(strata, interquartile_mean, np.random.default_rng(seed))
         parts.append(
             identity(kind)

@@ -1,11 +1,12 @@
 """The paper's claims about Walker2d and HalfCheetah, and our own, judged by rules that are code.
 
-The rules were written before the runs, but for one that says so. Every claim is judged once for
-each combination of loss, form of the highlights and variant of which all its cells are finished or
-planned. It is the paper's own claim only under the paper's form of the highlights (or none) in the
-env itself; under anything else the same rule makes a comparison. Differences have Welch's interval,
-ratios Fieller's. A cell with fewer than two runs decides nothing, and runs that are missing are
-named.
+The rules were written before the runs, but for one that says so. Seeds were added to some cells
+after their verdicts had been read, and no interval is widened for it. Every claim is judged once
+for each combination of loss, form of the highlights and variant of which all its cells are finished
+or planned. It is the paper's own claim only under the paper's form of the highlights (or none) in
+the env itself; under anything else the same rule makes a comparison. Differences have Welch's
+interval, ratios Fieller's. A cell with fewer than two runs decides nothing, and runs that are
+missing are named.
 """
 
 from __future__ import annotations
@@ -81,6 +82,8 @@ class Rule:
     """Under the paper's own conditions."""
     own_variants: tuple[str, ...] = ()
     """If any, it is about our form under the pairwise loss alone, in these variants."""
+    first_seed: int = 0
+    """Runs of lower seeds are left out: for seeds that were added after others had been read."""
 
     def applies(self, env: str, condition: Condition) -> bool:
         """Whether the claim is about this env under this condition."""
@@ -106,10 +109,11 @@ def judge_grid(grid: Grid) -> list[dict[str, Any]]:
         and `missing`, a list of what runs are missing in words.
     """
     views = (
-        (View(grid, env, condition), rule)
+        (View(part, env, condition), rule)
         for env in grid.envs
         for rule in RULES
-        for condition in _conditions(grid, env, rule)
+        for part in (grid.since(rule.first_seed),)
+        for condition in _conditions(part, env, rule)
     )
     return [_entry(view, rule) for view, rule in views if view.known(*rule.wanted)]
 
@@ -299,6 +303,20 @@ RULES: Final[tuple[Rule, ...]] = (
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
         own_variants=BAR,
+    ),
+    Rule(
+        "bar-equal-effort-anew",
+        "The same on ten new seeds alone: POLITE-200 in our form beats the baseline at equal "
+        "effort on Walker2d",
+        NOT_IN_PAPER,
+        "Seeds 0 to 9 had left it undecided, so that ten more were run. Final true return of seeds "
+        f"10 and later, POLITE-200 minus baseline-262: {ABOVE_0}",
+        (POLITE_200, BASELINE_262),
+        _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
+        env="Walker2d",
+        kind="comparison",
+        own_variants=PLAIN,
+        first_seed=10,
     ),
     Rule(
         "more-answers",

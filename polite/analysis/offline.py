@@ -15,7 +15,7 @@ Trials = Sequence[Mapping[str, Any]]
 MEASURES: Final = ("pair_accuracy", "spearman", "pearson", "saturation", "calibration_error")
 STAGES: Final = ("early", "late")
 DECIDING_BUDGET = 200
-"""Queries at which the candidates are ranked, or the largest budget below if there is none."""
+"""Queries at which the candidates are ranked (see `deciding_budget`)."""
 RULE = (
     "At 200 queries, on segments of later stages: first by the mean over the envs of the step-wise "
     "rank correlation with the true reward; a candidate whose pair accuracy is below that of "
@@ -51,16 +51,29 @@ def summarise_trials(trials: Trials, ranked: Mapping[str, bool]) -> dict[str, An
 
 def rank(rows: Trials, ranked: Mapping[str, bool]) -> list[dict[str, Any]]:
     """Candidates by RULE, the best first; the eligible before the others."""
-    budgets = [row["queries"] for row in rows if row["queries"] <= DECIDING_BUDGET]
-    budget = max(budgets, default=0)
+    if not rows:
+        return []
     entries = []
+    budget = deciding_budget(rows)
     for name in (name for name, takes_part in ranked.items() if takes_part):
         own = [row for row in rows if row["candidate"] == name and row["queries"] == budget]
         score = float(np.mean([as_array(row["late"]["spearman"]["mean"]) for row in own]))
-        gaps = [as_array(row["late"]["pair_accuracy"]["difference"]["high"]) for row in own]
-        eligible = not any(gap < 0 for gap in gaps)
+        gaps = [row["late"]["pair_accuracy"]["difference"] for row in own]
+        eligible = not any(gap["mean"] is None or as_array(gap["high"]) < 0 for gap in gaps)
         entries.append({"candidate": name, "score": as_json(score), "eligible": eligible})
-    return sorted(entries, key=lambda entry: (not entry["eligible"], -as_array(entry["score"])))
+    return sorted(entries, key=_place)
+
+
+def deciding_budget(rows: Trials) -> int:
+    """Queries at which candidates are ranked: 200, the largest budget below, or the smallest."""
+    budgets = {int(row["queries"]) for row in rows}
+    return max((b for b in budgets if b <= DECIDING_BUDGET), default=min(budgets))
+
+
+def _place(entry: Mapping[str, Any]) -> tuple[bool, bool, float]:
+    """Sorts the eligible first, then by score; what has no score comes last."""
+    score = entry["score"]
+    return not entry["eligible"], score is None, -score if score is not None else 0.0
 
 
 def _row(env: str, queries: int, name: str, own: Trials, baseline: Trials) -> dict[str, Any]:
@@ -68,17 +81,28 @@ def _row(env: str, queries: int, name: str, own: Trials, baseline: Trials) -> di
     row: dict[str, Any] = {"env": env, "queries": queries, "candidate": name, "n": len(own)}
     for share in ("positive", "negative"):
         row[share] = as_json(as_array([trial["answers"][share] for trial in own]).mean())
+    pairs = ((own, baseline), (baseline, own))
     for stage in STAGES:
         row[stage] = {
-            measure: _measure(_values(own, stage, measure), _values(baseline, stage, measure))
+            measure: _measure(
+                _values(own, stage, measure),
+                *(_values(_of_seeds(one, other), stage, measure) for one, other in pairs),
+            )
             for measure in MEASURES
         }
     return row
 
 
-def _measure(own: Array, baseline: Array) -> dict[str, Any]:
+def _measure(values: Array, own: Array, baseline: Array) -> dict[str, Any]:
+    """All values of a candidate, and the difference where the baseline has the same trials."""
     difference = paired_difference(own, baseline)
-    return mean_interval(own).as_json() | {"difference": difference.as_json()}
+    return mean_interval(values).as_json() | {"difference": difference.as_json()}
+
+
+def _of_seeds(trials: Trials, others: Trials) -> Trials:
+    """The trials whose seeds others have too."""
+    seeds = {trial["seed"] for trial in others}
+    return [trial for trial in trials if trial["seed"] in seeds]
 
 
 def _values(trials: Trials, stage: str, measure: str) -> Array:

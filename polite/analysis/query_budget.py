@@ -27,7 +27,7 @@ class QueriesToReach:
     queries: float
     """The budget; the largest that was run where the target is not reached; NaN if none was."""
     low: float
-    """Lower end of the 95% bootstrap interval over seeds."""
+    """Lower end of the 95% bootstrap interval over seeds; 0 where the smallest budget may do."""
     high: float
     """Its upper end; infinite where more than 2.5% of the samples do not reach the target."""
 
@@ -46,7 +46,8 @@ def queries_to_reach(
     extrapolated: below the smallest budget the answer is "at or before", above the largest "not
     reached". The first crossing counts, so that of two methods the one with more budgets has more
     chances to cross early by luck. The interval is a percentile bootstrap over the seeds of each
-    budget, which is too narrow for few seeds; a budget with a single seed adds no spread at all.
+    budget, which is too narrow for few seeds; with a single seed at any budget there is none, and
+    both of its ends are NaN.
 
     Args:
         finals: (n,) final returns by budget ≥ 1; empty budgets are left out.
@@ -60,16 +61,19 @@ def queries_to_reach(
     values = [np.asarray(finals[queries], dtype=float) for queries in budgets]
     logs = np.log2(budgets)
     crossing = float(_crossings(np.array([[v.mean() for v in values]]), logs, target)[0])
+    reached: Reached = "at or before" if crossing == logs[0] else "at"
+    if not np.isfinite(crossing):
+        reached, crossing = "not reached", logs[-1]
+    if min(v.size for v in values) < 2:
+        return QueriesToReach(target, reached, float(2**crossing), np.nan, np.nan)
     samples = np.stack(
         [v[rng.integers(v.size, size=(draws, v.size))].mean(axis=1) for v in values], axis=1
     )
     tail = (1 - LEVEL) / 2
     drawn = _crossings(samples, logs, target)
     low, high = np.quantile(drawn, [tail, 1 - tail], method="inverted_cdf")
-    if not np.isfinite(crossing):
-        return QueriesToReach(target, "not reached", budgets[-1], float(2**low), float(2**high))
-    reached: Reached = "at or before" if crossing == logs[0] else "at"
-    return QueriesToReach(target, reached, *(float(2**x) for x in (crossing, low, high)))
+    least = 0.0 if low == logs[0] else float(2**low)
+    return QueriesToReach(target, reached, float(2**crossing), least, float(2**high))
 
 
 def _crossings(means: Array, logs: Array, target: float) -> Array:

@@ -66,19 +66,12 @@ def steps_to_reach(curves: Sequence[Curve], steps: int, target: float) -> Array:
     """(S,) steps after which each run first reaches a return; infinite if it never does.
 
     At every point the mean over the tenth of all steps before it is read, as for a final return,
-    so that one lucky stretch is no convergence.
+    so that one lucky stretch is no convergence; the first point is a tenth of all steps.
     """
     grid = common_grid(steps)
-    rows = running_mean(stacked(curves, grid), round(TAIL * grid.size))
-    return np.array([_first_crossing(row, grid, target) for row in rows])
-
-
-def running_mean(rows: Array, width: int) -> Array:
-    """(S, E) means over each point and those before it, `width` in all; fewer at the beginning."""
-    sums = np.cumsum(np.pad(rows, ((0, 0), (1, 0))), axis=1)
-    ends = np.arange(1, rows.shape[1] + 1)
-    starts = np.maximum(ends - width, 0)
-    return np.asarray((sums[:, ends] - sums[:, starts]) / (ends - starts))
+    width = round(TAIL * grid.size)
+    rows = np.lib.stride_tricks.sliding_window_view(stacked(curves, grid), width, axis=1)
+    return np.array([_first_crossing(row, grid[width - 1 :], target) for row in rows.mean(axis=2)])
 
 
 def return_at(curve: Curve, steps: int) -> float:

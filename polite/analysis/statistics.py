@@ -10,6 +10,7 @@ import numpy as np
 from scipy import stats
 
 from polite.analysis.numbers import Array, as_json
+from polite.types import ShapeError
 
 LEVEL = 0.95
 """Coverage of every interval."""
@@ -66,14 +67,24 @@ def mean_interval(values: Array) -> Estimate:
 
 
 def paired_difference(first: Array, second: Array) -> Estimate:
-    """Mean of first − second, paired entry by entry (the same seed in both), paired t interval."""
-    return mean_interval(np.asarray(first, dtype=float) - np.asarray(second, dtype=float))
+    """Mean of first − second, paired entry by entry (the same seed in both), paired t interval.
+
+    Raises:
+        ShapeError: if the two are not of one length.
+    """
+    first, second = _pairs(first, second)
+    return mean_interval(first - second)
 
 
 def paired_ratio(first: Array, second: Array) -> Estimate:
-    """Geometric mean of first / second, paired entry by entry, t interval of the log ratio."""
+    """Geometric mean of first / second, paired entry by entry, t interval of the log ratio.
+
+    Raises:
+        ShapeError: if the two are not of one length.
+    """
+    first, second = _pairs(first, second)
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(np.asarray(first, dtype=float)) - np.log(np.asarray(second, dtype=float))
+        logs = np.log(first) - np.log(second)
     if not np.isfinite(logs).all():
         return Estimate(np.nan, -np.inf, np.inf)
     log = mean_interval(logs)
@@ -93,7 +104,8 @@ def welch_contrast(samples: Sequence[Array], weights: Sequence[float]) -> Estima
     """A weighted sum of the means of independent samples, by Welch's t interval.
 
     The degrees of freedom are Satterthwaite's (1946). With an empty sample there is no mean; with
-    one of a single value the interval is unbounded.
+    one of a single value the interval is unbounded, and so it is where no sample has any spread:
+    equal values, as rates that are all 0, say nothing about how far others would lie off.
     """
     arrays = [np.asarray(sample, dtype=float) for sample in samples]
     counts = np.array([array.size for array in arrays])
@@ -103,6 +115,8 @@ def welch_contrast(samples: Sequence[Array], weights: Sequence[float]) -> Estima
     if counts.min() < 2:
         return Estimate(mean, -np.inf, np.inf)
     parts = np.array([w**2 * a.var(ddof=1) / a.size for w, a in zip(weights, arrays, strict=True)])
+    if parts.sum() == 0.0:
+        return Estimate(mean, -np.inf, np.inf)
     return _interval(mean, float(np.sqrt(parts.sum())), _welch_degrees(parts, counts))
 
 
@@ -112,7 +126,7 @@ def ratio_of_means(first: Array, second: Array) -> Estimate:
     The variances may differ: the degrees of freedom are Satterthwaite's at the ratio found
     (Hasler, Vonk and Hothorn, Statistics in Medicine 27, 2008). A ratio to a mean at or below 0
     says nothing, so that it is NaN; where the second mean is not told apart from 0 by its own
-    error, no bound exists.
+    error, or neither sample has any spread, no bound exists.
     """
     first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
     if min(first.size, second.size) < 1 or second.mean() <= 0.0:
@@ -121,6 +135,8 @@ def ratio_of_means(first: Array, second: Array) -> Estimate:
     if min(first.size, second.size) < 2:
         return Estimate(ratio, -np.inf, np.inf)
     errors = np.array([first.var(ddof=1) / first.size, second.var(ddof=1) / second.size])
+    if errors.sum() == 0.0:
+        return Estimate(ratio, -np.inf, np.inf)
     degrees = _welch_degrees(errors * [1.0, ratio**2], np.array([first.size, second.size]))
     top, bottom = errors * float(stats.t.ppf((1 + LEVEL) / 2, degrees)) ** 2
     # The bounds solve (m1 − ρ m2)² = t² (v1 + ρ² v2), a quadratic in ρ.
@@ -133,7 +149,12 @@ def ratio_of_means(first: Array, second: Array) -> Estimate:
 
 
 def welch_test(first: Summary, second: Summary) -> Test:
-    """Welch's t test from two samples' means, standard deviations and sizes."""
+    """Welch's t test from two samples' means, standard deviations and sizes.
+
+    With fewer than two values in a sample there is none: statistic and p-value are NaN.
+    """
+    if min(first.count, second.count) < 2:
+        return Test(np.nan, np.nan)
     parts = np.array([s.sd**2 / s.count for s in (first, second)])
     gap = first.mean - second.mean
     if parts.sum() == 0.0:
@@ -160,8 +181,11 @@ def share_interval(count: int, total: int) -> Estimate:
 def chi_square(count_1: int, total_1: int, count_2: int, total_2: int, *, yates: bool) -> Test:
     """Pearson's χ² test of two shares, with or without Yates' continuity correction.
 
-    Two shares that are both 0 or both 1 leave nothing to test: statistic 0, p = 1.
+    Two shares that are both 0 or both 1 leave nothing to test: statistic 0, p = 1. Neither does a
+    share of nothing: both NaN.
     """
+    if min(total_1, total_2) == 0:
+        return Test(np.nan, np.nan)
     table = np.array([[count_1, total_1 - count_1], [count_2, total_2 - count_2]])
     if (table.sum(axis=0) == 0).any():
         return Test(0.0, 1.0)
@@ -182,8 +206,13 @@ def permutation_test(
         second: (N2,) one rate a participant.
         rng: Draws the regroupings.
         draws: Number of regroupings.
+
+    Returns:
+        The difference and its p-value; NaN for both if a group is empty or a rate is not known.
     """
     first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if min(first.size, second.size) < 1 or not np.isfinite([*first, *second]).all():
+        return Test(np.nan, np.nan)
     gap = float(first.mean() - second.mean())
     everyone = np.tile(np.concatenate([first, second]), (draws, 1))
     regrouped = rng.permuted(everyone, axis=1)
@@ -192,14 +221,19 @@ def permutation_test(
     return Test(gap, float(1 + as_far) / (1 + draws))
 
 
+def _pairs(first: Array, second: Array) -> tuple[Array, Array]:
+    first, second = np.asarray(first, dtype=float), np.asarray(second, dtype=float)
+    if first.shape != second.shape:
+        raise ShapeError(f"expected pairs, got {first.shape} and {second.shape} values")
+    return first, second
+
+
 def _interval(mean: float, error: float, degrees: float) -> Estimate:
     reach = float(stats.t.ppf((1 + LEVEL) / 2, degrees)) * error
     return Estimate(mean, mean - reach, mean + reach)
 
 
 def _welch_degrees(parts: Array, counts: Array) -> float:
-    """Welch–Satterthwaite degrees of freedom; parts are the squared errors of the two means."""
-    if parts.sum() == 0.0:
-        return float(counts.sum() - 2)
+    """Welch–Satterthwaite degrees of freedom; parts are squared errors of means, not all 0."""
     shares = parts / parts.sum()  # first, because squares of tiny variances are 0
     return float(1 / np.sum(shares**2 / (counts - 1)))

@@ -49,8 +49,17 @@ def draw_seed_band(
     draw_band(ax, x, band.mean, low, high, look)
 
 
-def draw_seeds(ax: Axes, groups: Sequence[tuple[str, npt.ArrayLike, Look]], ylabel: str) -> None:
-    """One dot a seed for each named group, with the mean and its 95% t interval beside them."""
+def draw_seeds(
+    ax: Axes,
+    groups: Sequence[tuple[str, npt.ArrayLike, Look]],
+    ylabel: str,
+    *,
+    within: tuple[float, float] = (-np.inf, np.inf),
+) -> None:
+    """One dot a seed for each named group, with the mean and its 95% t interval beside them.
+
+    The interval is clipped to `within`, the values that the quantity can take.
+    """
     for place, (_, values, look) in enumerate(groups):
         dots = as_array(values)
         dots = dots[np.isfinite(dots)]
@@ -58,7 +67,8 @@ def draw_seeds(ax: Axes, groups: Sequence[tuple[str, npt.ArrayLike, Look]], ylab
         ax.plot(place + shift, dots, look.marker, color=look.colour, ms=3.5, alpha=0.75, mew=0)
         estimate = mean_interval(dots)
         if np.isfinite(estimate.low):
-            ax.plot([place + 0.14] * 2, [estimate.low, estimate.high], color=BLACK, lw=1.1)
+            ends = np.clip([estimate.low, estimate.high], *within)
+            ax.plot([place + 0.14] * 2, ends, color=BLACK, lw=1.1)
         if dots.size:
             ax.plot(place + 0.14, estimate.mean, look.marker, mfc="white", mec=BLACK, ms=5)
     ax.set_xticks(range(len(groups)), [name for name, _, _ in groups])

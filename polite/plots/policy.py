@@ -13,7 +13,7 @@ from polite.plots.curves import draw_seed_band, draw_seeds
 from polite.plots.style import LOOKS
 
 SHORT = {"polite": "POLITE", "baseline": "baseline", "ground_truth": "true\nreward"}
-RATES = (0.0, 1.0)
+EVERY, RATES = (-np.inf, np.inf), (0.0, 1.0)
 
 
 def draw_learning(ax: Axes, curves: Mapping[str, Any], key: str, ylabel: str) -> Axes:
@@ -25,7 +25,7 @@ def draw_learning(ax: Axes, curves: Mapping[str, Any], key: str, ylabel: str) ->
         key: "return", "success_rate" or "collision_rate".
         ylabel: The quantity in words.
     """
-    within = (-np.inf, np.inf) if key == "return" else RATES
+    within = EVERY if key == "return" else RATES
     for name in present(curves):
         steps = as_array(curves[name]["steps"]) / 1000
         draw_seed_band(ax, steps, curves[name][key], LOOKS[name], within=within)
@@ -40,7 +40,7 @@ def draw_learning(ax: Axes, curves: Mapping[str, Any], key: str, ylabel: str) ->
 def draw_final(ax: Axes, policies: Mapping[str, Any], key: str, ylabel: str) -> Axes:
     """The final policies' values, one dot a seed, from `policy` of results.json."""
     groups = [(SHORT[name], policies[name][key], LOOKS[name]) for name in present(policies)]
-    draw_seeds(ax, groups, ylabel)
+    draw_seeds(ax, groups, ylabel, within=EVERY if key == "return" else RATES)
     if key != "return":
         ax.set_ylim(-0.02, 1.02)
     return ax

@@ -159,15 +159,20 @@ def aggregate_figure(results: Results) -> Figure | None:
 
 
 def improvement_figure(results: Results) -> Figure | None:
-    """Probability of improvement of every pair of cells, one panel an env."""
+    """Probability of improvement of every pair of cells, one panel an env.
+
+    Pairs without highlights stand in the first column of their loss.
+    """
     envs, columns = results["envs"], places(results)
+    first = {loss: form for loss, form in reversed(columns)}
     shown = {
         env: {
             place_title(place): [
                 part
                 for part in results["comparisons"]
                 if (part["env"], part["variant"]) == (env, "")
-                and (part["loss"], part["highlights"] or PAPER_FORM) == place
+                and (part["loss"], part["highlights"] or first.get(part["loss"])) == place
+                and part["improvement"]["low"] is not None
             ]
             for place in columns
         }

@@ -97,9 +97,9 @@ def comparisons_table(comparisons: Parts) -> Markup:
     """Every pair that was compared."""
     caption = (
         "Pairs of cells. Difference: Welch's 95% t interval; ratio of means: Fieller's; "
-        "probability of improvement: a bootstrap's over runs. Both are read after the given number "
-        "of policy steps, the longer training off its curve: where PPO is read at PEBBLE's 250,000 "
-        "steps, it is in mid-schedule of its learning rate (which falls to 0 over a million), and "
+        "probability of improvement: a bootstrap's over runs, too narrow for few of them. All are "
+        "read after the given number of policy steps, the longer training off its curve: where PPO "
+        "is read at PEBBLE's 250,000 steps, it is in mid-schedule of its learning rate (which falls to 0 over a million), and "
         "would stand elsewhere had it been trained for that long only."
     )
     head = ("Pair", "Env and condition", "Runs", "Policy steps", "Difference", "Ratio")
@@ -123,9 +123,11 @@ def reach_table(rows: Parts) -> Markup:
     caption = (
         "Queries until the mean final return reaches a target, linear in log2(queries) between the "
         "budgets that were run, nothing beyond them: > the largest, ≤ the smallest. Brackets: 95% "
-        "bootstrap intervals over runs, too narrow for few of them; ∞ was not reached. A target is "
-        "taken as known: the error of the mean that it comes from is not in the interval. PEBBLE's "
-        "targets are the returns after its own number of steps, at which PPO is in mid-schedule."
+        "bootstrap intervals over runs, too narrow for few of them, and none where a budget has a "
+        "single run; they begin at 0 where the smallest budget may do, ∞ was not reached. A target "
+        "is taken as known: the error of the mean that it comes from is not in the interval. "
+        "PEBBLE's targets are the returns after its own number of steps, at which PPO is in "
+        "mid-schedule."
     )
     targets = list(dict.fromkeys(row["what"] for row in rows))
     found: dict[tuple[str, str], dict[str, str]] = {}

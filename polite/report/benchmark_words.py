@@ -161,5 +161,6 @@ def reached_words(row: Mapping[str, Any]) -> str:
     sign = {"at": "", "at or before": "≤" + NBSP, "not reached": ">" + NBSP}[row["reached"]]
     if row["low"] is None:
         return f"{sign}{row['queries']:.0f}"
-    high = "∞" if row["high"] is None else f"{row['high']:.0f}"
-    return f"{sign}{row['queries']:.0f} [{row['low']:.0f},{NBSP}{high}]"
+    low = f"[{row['low']:.0f}" if row["low"] else "(0"
+    high = "∞)" if row["high"] is None else f"{row['high']:.0f}]"
+    return f"{sign}{row['queries']:.0f} {low},{NBSP}{high}"

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import imageio.v3 as iio
 import numpy as np
 import numpy.typing as npt
+from PIL import Image, ImageSequence
 
 from polite.files import one_line
 from polite.types import PoliteError
@@ -24,22 +24,21 @@ def read_clip(path: Path, fps: float) -> npt.NDArray[np.uint8]:
         PoliteError: Naming the file, when it is damaged or no moving picture.
     """
     try:
-        frames = np.asarray(iio.imread(path, index=None))[..., :3]
-        lasting = [_milliseconds(path, index) for index in range(len(frames))]
+        with Image.open(path) as clip:
+            shown = [
+                (np.asarray(frame.convert("RGB")), float(frame.info["duration"]))
+                for frame in ImageSequence.Iterator(clip)
+            ]
     except Exception as error:  # a damaged picture fails in a dozen ways inside its reader
         reason = one_line(error)
         raise PoliteError(
             f"{path}: not a readable clip ({reason}); delete it to do without"
         ) from error
-    repeats = [max(1, round(fps * milliseconds / 1000)) for milliseconds in lasting]
-    return np.asarray(np.repeat(frames, repeats, axis=0), dtype=np.uint8)
+    repeats = [max(1, round(fps * milliseconds / 1000)) for _, milliseconds in shown]
+    return np.repeat(np.stack([frame for frame, _ in shown]), repeats, axis=0)
 
 
 def clip_paths(example: Mapping[str, Any], folder: Path) -> list[Path]:
     """The clips' files, or an empty list when the run has none or they are gone."""
     paths = [folder / name for name in example["files"]]
     return paths if all(path.is_file() for path in paths) else []
-
-
-def _milliseconds(path: Path, index: int) -> float:
-    return float(iio.immeta(path, index=index)["duration"])

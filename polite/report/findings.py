@@ -64,7 +64,7 @@ def _quality(results: Results) -> str:
 def _policies(results: Results) -> str:
     names = {"polite": "POLITE", "baseline": "the baseline", "ground_truth": "the true reward"}
     rates = (
-        f"{over_seeds(results['policy'][c]['success_rate'])} trained on {name}"
+        f"{over_seeds(results['policy'][c]['success_rate'], share=True)} trained on {name}"
         for c, name in names.items()
         if c in results["policy"]
     )

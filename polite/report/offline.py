@@ -10,7 +10,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from polite.analysis.offline import DECIDING_BUDGET
+from polite.analysis.offline import deciding_budget
 from polite.files import read_json_object, write_atomically
 from polite.plots.offline import draw_gains, draw_ladder
 from polite.plots.style import STYLE, WIDTH, shared_legend
@@ -90,9 +90,9 @@ def as_markdown(results: Results) -> str:
 def _page(results: Results, pictures: list[Path]) -> str:
     captions = {
         "gains": "Difference from preferences alone on segments of later stages, at "
-        f"{_deciding(results)} queries, paired by trial, with its 95% t interval. Filled: the "
-        "interval excludes 0. All trials of an env have the same segments, so that the intervals "
-        "cover queries, mistakes and first weights, not other policies.",
+        f"{deciding_budget(results['rows'])} queries, paired by trial, with its 95% t interval. "
+        "Filled: the interval excludes 0. All trials of an env have the same segments, so that the "
+        "intervals cover queries, mistakes and first weights, not other policies.",
         "queries": "Held-out quality against the number of queries, segments of later stages.",
     }
     pieces = [figure(path, path.stem.capitalize(), captions[path.stem]) for path in pictures]
@@ -162,7 +162,7 @@ def _gains(results: Results) -> Figure:
     grid = picture.subplots(2, len(envs), squeeze=False, sharey=True, sharex="row")
     for line, (measure, says) in zip(grid, shown.items(), strict=True):
         for ax, env in zip(line, envs, strict=True):
-            found = _rows(results, env, _deciding(results))
+            found = _rows(results, env, deciding_budget(results["rows"]))
             rows = [row for row in found if row["candidate"] in names]
             draw_gains(ax, rows, "late", measure, names)
             ax.set_title(env)
@@ -181,8 +181,3 @@ def _ladder(results: Results) -> Figure:
             ax.set_title(env)
     shared_legend(picture, grid[0][0], "95% t interval over trials")
     return picture
-
-
-def _deciding(results: Results) -> int:
-    budgets = [int(row["queries"]) for row in results["rows"]]
-    return max(budget for budget in budgets if budget <= DECIDING_BUDGET)

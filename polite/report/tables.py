@@ -22,7 +22,7 @@ METRICS = {
     "collisions": "collisions begun",
     "human_collisions": "steps in contact with a person HC",
     "wall_collisions": "steps in contact with a wall WC",
-    "time_to_goal": "time to the goal T [s]",
+    "time_to_goal": "time to the goal, or to the end without it, T [s]",
     "path_length": "path length PL [m]",
     "spl": "success weighted by path length SPL",
     "stalled_time": "stalled time ST [s]",
@@ -38,6 +38,13 @@ METRICS = {
     "path_irregularity": "path irregularity [rad/m]",
 }
 """Social metrics in words with their units; a metric that is not listed keeps its own name."""
+RATES = {
+    "success_rate": "success rate",
+    "collision_rate": "collision rate",
+    "intermittent_rate": "intermittent-goal rate",
+}
+SHARES = {*RATES.values(), "spl", "personal_space_compliance"}
+"""What lies between 0 and 1."""
 
 
 def claims_table(claims: list[dict[str, Any]], kind: str, caption: str) -> Markup:
@@ -78,7 +85,7 @@ def policy_table(results: Results) -> Markup:
     rows = (
         (
             METRICS.get(key, key.replace("_", " ")),
-            *(over_seeds(flat[c].get(key, [])) for c in names),
+            *(over_seeds(flat[c].get(key, []), share=key in SHARES) for c in names),
             estimate(welch_difference(as_array(flat["polite"][key]), as_array(other))),
         )
         for key, other in flat["baseline"].items()
@@ -153,8 +160,8 @@ def _test_rows(results: Results) -> list[tuple[str, str, str]]:
     test = results["chi_square"]
     plain, cluster = test["uncorrected"], test["cluster"]
 
-    def chi(part: Mapping[str, float]) -> str:
-        return f"χ² = {part['statistic']:.2f}, {p_value(part['p_value'])}"
+    def chi(part: Mapping[str, float | None]) -> str:
+        return f"χ² = {number(part['statistic'], 2)}, {p_value(part['p_value'])}"
 
     return [
         (
@@ -191,8 +198,7 @@ def _time_rows(results: Results) -> list[tuple[str, str, str]]:
 
 def _flat_policy(policy: Mapping[str, Any]) -> dict[str, Any]:
     """Returns and rates, then the social metrics that repeat none of them."""
-    rates = {"return": "true return", "success_rate": "success rate"}
-    rates |= {"collision_rate": "collision rate", "intermittent_rate": "intermittent-goal rate"}
+    rates = {"return": "true return"} | RATES
     repeated = {"success", "intermittent", *rates}
     metrics = {k: v for k, v in policy["metrics"].items() if k not in repeated}
     return {title: policy[key] for key, title in rates.items()} | metrics

@@ -47,7 +47,8 @@ WORDING: Final[Mapping[Respondents, Wording]] = {
         banner="The participants are simulated.",
         more=" No human answered a query in this run. Rates and times that the simulation was "
         "calibrated to are listed as inputs; only what emerges from them says something about "
-        "the method.",
+        "the method. Answers and pairs are the same under every seed: intervals over seeds cover "
+        "the chance of training, not that of who took part.",
         one="a simulated participant",
         no_mark="The participant marked no highlight.",
         pairs=", on the same pairs of clips",
@@ -76,7 +77,8 @@ WORDING: Final[Mapping[Respondents, Wording]] = {
         title="POLITE user study, tried out with robots",
         banner="The participants are simulated: robots that answer as the oracle.",
         more=" Programs went through the web page of a study, to try it out; no human answered. "
-        "Their rates, highlights and times come from their program and say nothing about people.",
+        "Their rates, highlights and times come from their program and say nothing about people. "
+        "Intervals over seeds cover the chance of training, not that of who took part.",
         one="a robot",
         no_mark="The robot marked no highlight.",
         pairs=_PAIRS,

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from polite.analysis.numbers import as_array
 from polite.analysis.statistics import Estimate, mean_interval
@@ -26,10 +29,18 @@ def number(value: float | None, decimals: int | None = None) -> str:
 
 
 def estimate(value: Estimate, unit: str = "") -> str:
-    """`mean [low, high] unit`; without the bracket where the interval is unbounded."""
+    """`mean [low, high] unit`; without the bracket where the interval has no bound at all.
+
+    One that is open on one side is written so: `mean [low, ∞) unit`.
+    """
     unit = f"{NBSP}{unit}" if unit else ""
-    if not math.isfinite(value.low + value.high):
+    bounded = math.isfinite(value.low), math.isfinite(value.high)
+    if not any(bounded):
         return number(value.mean) + unit
+    if not all(bounded):
+        low = f"[{number(value.low)}" if bounded[0] else "(−∞"
+        high = f"{number(value.high)}]" if bounded[1] else "∞)"
+        return f"{number(value.mean)} {low},{NBSP}{high}{unit}"
     decimals = _decimals((value.high - value.low) / 2)
     low, high = (number(bound, decimals) for bound in (value.low, value.high))
     return f"{number(value.mean, decimals)} [{low},{NBSP}{high}]{unit}"
@@ -41,11 +52,22 @@ def stored(part: Mapping[str, Any], mean: str = "mean", unit: str = "") -> str:
     return estimate(Estimate(*values), unit)
 
 
-def over_seeds(values: Any, unit: str = "") -> str:
-    """Mean and 95% t interval of one number a seed; missing ones are left out."""
+def over_seeds(values: Any, unit: str = "", *, share: bool = False) -> str:
+    """Mean and 95% t interval of one number a seed; missing ones are left out.
+
+    Where all seeds have one value it is said so: their t interval would have no width. That of a
+    `share` ends at 0 and 1.
+    """
     array = as_array(values)
-    array = array[~(array != array)]
-    return estimate(mean_interval(array), unit) if array.size else "–"
+    array = array[np.isfinite(array)]
+    if not array.size:
+        return "–"
+    found = mean_interval(array)
+    if array.size > 1 and np.ptp(array) == 0.0:
+        return f"{number(found.mean)}{f'{NBSP}{unit}' if unit else ''} (all {array.size})"
+    if share and array.size > 1:
+        found = replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
+    return estimate(found, unit)
 
 
 def percent(value: Estimate) -> str:
@@ -56,8 +78,10 @@ def percent(value: Estimate) -> str:
     return f"{mean}% [{low},{NBSP}{high}]"
 
 
-def p_value(p: float) -> str:
-    """`p = .027`, or `p = 4.9 × 10⁻⁵` where it is small."""
+def p_value(p: float | None) -> str:
+    """`p = .027`, or `p = 4.9 × 10⁻⁵` where it is small; `no p` where nothing can be tested."""
+    if p is None:
+        return "no p"
     if p >= 0.001:
         return f"p = {p:.3f}".replace("0.", ".", 1)
     if p == 0.0:
@@ -68,9 +92,10 @@ def p_value(p: float) -> str:
 
 
 def _decimals(half_width: float) -> int:
-    """Decimals that give an interval's half-width one significant digit, two if the first is 1."""
+    """Decimals that give an interval's half-width two significant digits.
+
+    So a bound that an interval has just passed is seldom what it is rounded to.
+    """
     if half_width <= 0:
         return 3
-    size = math.floor(math.log10(half_width))
-    digits = 1 if half_width < 2 * 10.0**size else 0
-    return min(max(digits - size, 0), 6)
+    return min(max(1 - math.floor(math.log10(half_width)), 0), 6)

@@ -106,6 +106,10 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
         for seed in range(min(seeds, 2)):
             runs.append(synthetic_run("polite", 200, seed=seed, **free))
             runs.append(synthetic_run("preferences", 800, seed=seed, **free))
+    for seed in range(10, 10 + seeds):
+        place = {"env": "Walker2d-v5", "seed": seed}
+        runs.append(synthetic_run("polite", 200, form="choice", **place))
+        runs.append(synthetic_run("preferences", 262, **place))
     return runs
 
 

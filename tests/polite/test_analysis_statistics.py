@@ -18,10 +18,12 @@ from polite.analysis.statistics import (
     paired_difference,
     paired_ratio,
     permutation_test,
+    ratio_of_means,
     share_interval,
     welch_difference,
     welch_test,
 )
+from polite.types import ShapeError
 
 
 def test_published_chi_square_follows_from_its_counts() -> None:
@@ -76,10 +78,30 @@ def test_one_seed_bounds_nothing() -> None:
     assert mean_interval(np.array([1.0])).as_json() == {"mean": 1.0, "low": None, "high": None}
 
 
-def test_equal_samples_differ_by_exactly_nothing() -> None:
-    same = np.full(5, 3.0)
-    assert welch_difference(same, same).as_json() == {"mean": 0.0, "low": 0.0, "high": 0.0}
+def test_samples_without_spread_bound_nothing() -> None:
+    three, four = np.full(5, 3.0), np.full(5, 4.0)
+    assert welch_difference(four, three).as_json() == {"mean": 1.0, "low": None, "high": None}
+    assert ratio_of_means(four, three).low == -np.inf
+    assert np.isfinite(welch_difference(four, np.array([3.0, 3.1])).low)
     assert welch_test(Summary(3, 0, 5), Summary(3, 0, 5)).p_value == 1.0
+
+
+def test_too_few_values_test_nothing() -> None:
+    rng = np.random.default_rng(0)
+    for test in (
+        welch_test(Summary(25, 0, 1), Summary(19, 2, 5)),
+        permutation_test(np.zeros(0), np.array([0.1, 0.2]), rng),
+        permutation_test(np.array([0.1, np.nan]), np.array([0.1, 0.2]), rng),
+        chi_square(0, 0, 3, 10, yates=True),
+    ):
+        assert np.isnan([test.statistic, test.p_value]).all()
+
+
+def test_pairs_are_of_one_length() -> None:
+    with pytest.raises(ShapeError, match=r"expected pairs, got \(3,\) and \(1,\)"):
+        paired_difference(np.ones(3), np.ones(1))
+    with pytest.raises(ShapeError):
+        paired_ratio(np.ones(3), np.ones(1))
 
 
 def test_welch_interval_and_welch_test_agree() -> None:

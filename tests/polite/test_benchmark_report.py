@@ -23,11 +23,11 @@ from polite.plots.benchmark import (
     draw_returns_by_queries,
     in_order,
 )
-from polite.plots.benchmark_effects import draw_ablation, draw_improvement
+from polite.plots.benchmark_effects import draw_ablation, draw_improvement, pair_name
 from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
-from polite.report.benchmark_figures import FIGURES, learning_figure
+from polite.report.benchmark_figures import FIGURES, improvement_figure, learning_figure
 from polite.report.benchmark_selection import places
 from polite.report.benchmark_words import (
     BAR_QUESTIONS,
@@ -255,6 +255,17 @@ def test_improvement_marks_lie_in_their_rows(ax: Axes, results: dict[str, Any]) 
     mark = next(line for line in ax.lines if line.get_label() == "pairwise")
     assert mark.get_ydata() == [1.0]
     assert mark.get_xdata() == [part["improvement"]["mean"]]
+
+
+def test_improvement_shows_every_pair_where_only_our_form_was_run() -> None:
+    own = [r for r in GRID if r["run"]["highlights"] != "paper" and r["run"]["loss"] == "pairwise"]
+    results = summarise(own)
+    figure = improvement_figure(results)
+    assert figure is not None
+    rows = {label.get_text() for label in figure.axes[0].get_yticklabels()}
+    pairs = {pair_name(part) for part in results["comparisons"] if not part["variant"]}
+    assert rows == pairs
+    assert any(pair.startswith("baseline-800, equal-updates") for pair in pairs)
 
 
 def test_ablation_says_where_there_is_no_run(ax: Axes, results: dict[str, Any]) -> None:

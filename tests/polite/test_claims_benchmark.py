@@ -516,3 +516,23 @@ def test_the_order_of_records_and_a_new_cell_change_no_other_number() -> None:
     extra = synthetic_record(synthetic_run("polite", 50), 1.0)
     more = summarise([*FULL, extra], PLAN)["cells"]
     assert [cell for cell in more if cell["queries"] != 50] == forward["cells"]
+
+
+def test_new_seeds_are_judged_on_their_own() -> None:
+    levels = {P200: 900.0, B262: 500.0}
+    records = cells(levels, form="choice")
+    assert "bar-equal-effort-anew" not in {claim["id"] for claim in judge_benchmark(records)}
+    later = cells({P200: 500.0, B262: 900.0}, form="choice")
+    for record in later:
+        record["run"]["seed"] += 10
+    judged = verdict([*records, *later], "bar-equal-effort-anew")
+    assert (judged["verdict"], judged["measured"]) == ("not reproduced", pytest.approx(-400.0))
+    assert verdict([*records, *later], "bar-equal-effort")["measured"] == pytest.approx(0.0)
+
+
+def test_envs_count_alike_however_many_runs_they_have() -> None:
+    records = synthetic_grid(4)
+    plain = [r for r in records if r["run"]["seed"] < 10]
+    parts = summarise(plain)["aggregates"]
+    assert parts and summarise(records)["aggregates"] == parts
+    assert all(len(set(part["n"])) == 1 for part in parts)

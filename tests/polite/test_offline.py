@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from polite.analysis.offline import rank, summarise_trials
+from polite.analysis.offline import deciding_budget, rank, summarise_trials
 from polite.analysis.quality import calibration_error
 from polite.experiments.offline import bench as bench_module
 from polite.experiments.offline.bench import BENCHES, compare
@@ -173,6 +173,35 @@ def test_the_trials_order_does_not_matter() -> None:
     trials = trials_of({"base": 0.0, "good": 0.2})
     ranked = dict.fromkeys(("base", "good"), True)
     assert summarise_trials(trials[::-1], ranked) == summarise_trials(trials, ranked)
+
+
+def test_what_has_no_number_comes_last() -> None:
+    trials = trials_of({"base": 0.0, "broken": 0.3, "good": 0.2})
+    ranked = dict.fromkeys(("base", "broken", "good"), True)
+    one = next(trial for trial in trials if trial["candidate"] == "broken")
+    one["late"] = one["late"] | {"spearman": None}
+    ranking = summarise_trials(trials, ranked)["ranking"]
+    assert [entry["candidate"] for entry in ranking] == ["good", "base", "broken"]
+    one["late"] = one["late"] | {"pair_accuracy": None}
+    assert not summarise_trials(trials, ranked)["ranking"][-1]["eligible"]
+
+
+def test_trials_are_paired_by_their_seeds() -> None:
+    trials = [t for t in trials_of({"base": 0.0, "good": 0.2}, spread=0.0)]
+    fewer = [t for t in trials if not (t["candidate"] == "good" and t["seed"] != 3)]
+    row = summarise_trials(fewer, dict.fromkeys(("base", "good"), True))["rows"][-1]
+    assert row["late"]["spearman"]["difference"] == {
+        "mean": pytest.approx(0.2),
+        "low": None,
+        "high": None,
+    }
+
+
+@pytest.mark.parametrize(
+    ("budgets", "deciding"), [((50, 100, 800), 100), ((200, 800), 200), ((400, 300), 300)]
+)
+def test_candidates_are_ranked_at_one_budget(budgets: tuple[int, ...], deciding: int) -> None:
+    assert deciding_budget([{"queries": budget} for budget in budgets]) == deciding
 
 
 def test_who_loses_accuracy_comes_after_who_does_not() -> None:

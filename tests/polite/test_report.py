@@ -184,11 +184,16 @@ def test_numbers_in_words(value: float | None, text: str) -> None:
 
 
 def test_estimates_show_what_their_interval_allows() -> None:
-    assert estimate(Estimate(1.23456, 1.0, 1.46)) == f"1.2 [1.0,{NBSP}1.5]"
+    assert estimate(Estimate(1.23456, 1.0, 1.46)) == f"1.23 [1.00,{NBSP}1.46]"
     assert estimate(Estimate(1.23456, 1.1, 1.36)) == f"1.23 [1.10,{NBSP}1.36]"
     assert estimate(Estimate(1.23456, -np.inf, np.inf), "m") == f"1.23{NBSP}m"
     assert percent(Estimate(0.165, 0.13, 0.2)) == f"16.5% [13.0,{NBSP}20.0]"
+    assert estimate(Estimate(150_000, 120_000, np.inf)) == f"150,000 [120,000,{NBSP}∞)"
+    assert estimate(Estimate(-1.0, -np.inf, 0.5), "m") == f"−1 (−∞,{NBSP}0.500]{NBSP}m"
     assert over_seeds([None, 2.0]) == "2"
+    assert over_seeds([0.0, 0.0, 0.0]) == "0 (all 3)"
+    assert over_seeds([0.1, 0.5, 1.0], share=True) == f"0.53 [0.00,{NBSP}1.00]"
+    assert over_seeds([0.1, 0.5, 1.0]) == f"0.5 [−0.6,{NBSP}1.7]"
     assert over_seeds([]) == "–"
 
 
