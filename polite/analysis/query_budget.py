@@ -62,10 +62,11 @@ def queries_to_reach(
     logs = np.log2(budgets)
     crossing = float(_crossings(np.array([[v.mean() for v in values]]), logs, target)[0])
     reached: Reached = "at or before" if crossing == logs[0] else "at"
+    queries = float(2**crossing)
     if not np.isfinite(crossing):
-        reached, crossing = "not reached", logs[-1]
+        reached, queries = "not reached", float(budgets[-1])
     if min(v.size for v in values) < 2:
-        return QueriesToReach(target, reached, float(2**crossing), np.nan, np.nan)
+        return QueriesToReach(target, reached, queries, np.nan, np.nan)
     samples = np.stack(
         [v[rng.integers(v.size, size=(draws, v.size))].mean(axis=1) for v in values], axis=1
     )
@@ -73,7 +74,7 @@ def queries_to_reach(
     drawn = _crossings(samples, logs, target)
     low, high = np.quantile(drawn, [tail, 1 - tail], method="inverted_cdf")
     least = 0.0 if low == logs[0] else float(2**low)
-    return QueriesToReach(target, reached, float(2**crossing), least, float(2**high))
+    return QueriesToReach(target, reached, queries, least, float(2**high))
 
 
 def _crossings(means: Array, logs: Array, target: float) -> Array:
