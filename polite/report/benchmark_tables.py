@@ -99,8 +99,9 @@ def comparisons_table(comparisons: Parts) -> Markup:
         "Pairs of cells. Difference: Welch's 95% t interval; ratio of means: Fieller's; "
         "probability of improvement: a bootstrap's over runs, too narrow for few of them. All are "
         "read after the given number of policy steps, the longer training off its curve: where PPO "
-        "is read at PEBBLE's 250,000 steps, it is in mid-schedule of its learning rate (which falls "
-        "to 0 over a million), and would stand elsewhere had it been trained for that long only."
+        "is read at PEBBLE's 250,000 steps, it is in mid-schedule of its learning rate (which "
+        "falls to 0 over a million), and would stand elsewhere had it been trained for that long "
+        "only."
     )
     head = ("Pair", "Env and condition", "Runs", "Policy steps", "Difference", "Ratio")
     rows = (
