@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from polite.dataset import save_feedback as save_feedback
     from polite.experiments.training.train import train as train
     from polite.policies.policy import load_policy as load_policy
+    from polite.policies.reward_wrapper import LearnedRewardWrapper as LearnedRewardWrapper
     from polite.rewards.files import load_reward_model as load_reward_model
     from polite.types import Answer as Answer
     from polite.types import Highlight as Highlight
@@ -30,6 +31,7 @@ _MODULES = {
     "polite.dataset": ("Feedback", "load_feedback", "save_feedback"),
     "polite.experiments.training.train": ("train",),
     "polite.policies.policy": ("load_policy",),
+    "polite.policies.reward_wrapper": ("LearnedRewardWrapper",),
     "polite.rewards.files": ("load_reward_model",),
     "polite.types": (
         "Answer",

@@ -62,7 +62,7 @@ class Feedback:
 
 
 def save_feedback(
-    folder: Path, pool: SegmentPool, queries: Sequence[Query], answers: Sequence[Answer]
+    folder: Path | str, pool: SegmentPool, queries: Sequence[Query], answers: Sequence[Answer]
 ) -> None:
     """Write a feedback data set into a folder, made if needed.
 
@@ -70,6 +70,7 @@ def save_feedback(
         InvalidValueError: if the parts do not belong together; nothing is written then.
     """
     Feedback(pool, list(queries), list(answers))
+    folder = Path(folder)
     (folder / MANIFEST).unlink(missing_ok=True)  # a half-written set must not look whole
     arrays = {field.name: getattr(pool, field.name) for field in fields(pool)}
     write_atomically(folder / SEGMENTS, lambda path: np.savez(path, **arrays))
@@ -80,12 +81,13 @@ def save_feedback(
     write_json(folder / MANIFEST, {"version": VERSION, "sha256": checksums})
 
 
-def load_feedback(folder: Path) -> Feedback:
+def load_feedback(folder: Path | str) -> Feedback:
     """Read what `save_feedback` wrote, after checking every file.
 
     Raises:
         DatasetError: naming the file, if one is missing, cut short, altered or not readable.
     """
+    folder = Path(folder)
     _check_files(folder)
     try:
         with np.load(folder / SEGMENTS, allow_pickle=False) as arrays:

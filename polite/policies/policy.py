@@ -191,19 +191,19 @@ def _perceptron(
 _KINDS: Final[dict[str, Any]] = {c.kind: c for c in (GaussianPolicy, SquashedGaussianPolicy)}
 
 
-def save_policy(path: Path, policy: Policy) -> None:
+def save_policy(path: Path | str, policy: Policy) -> None:
     """Write a policy to one file, whole or not at all."""
     content = pack_policy(policy)
-    write_atomically(path, lambda temporary: torch.save(content, temporary))
+    write_atomically(Path(path), lambda temporary: torch.save(content, temporary))
 
 
-def load_policy(path: Path) -> Policy:
+def load_policy(path: Path | str) -> Policy:
     """Read a policy that `save_policy` wrote. Nothing in the file can run code.
 
     Raises:
         PoliteError: Naming the file, if it is missing, damaged, or not a policy.
     """
-    if not path.is_file():
+    if not Path(path).is_file():
         raise PoliteError(f"{path}: no such policy")
     try:
         return unpack_policy(torch.load(path, weights_only=True))

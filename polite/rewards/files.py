@@ -16,7 +16,7 @@ from polite.types import PoliteError
 _UNNORMALISED = {"level": torch.zeros(1), "scale": torch.ones(1)}  # the first files do not say
 
 
-def save_reward_model(path: Path, model: RewardNet | RewardEnsemble) -> None:
+def save_reward_model(path: Path | str, model: RewardNet | RewardEnsemble) -> None:
     """Write a model's weights, statistics and shape to one file, whole or not at all."""
     content: dict[str, Any] = {
         "observation_size": model.observation_size,
@@ -27,7 +27,7 @@ def save_reward_model(path: Path, model: RewardNet | RewardEnsemble) -> None:
         content["members"] = [model.member(k).state_dict() for k in range(len(model))]
     else:
         content["state"] = model.state_dict()
-    write_atomically(path, lambda temporary: torch.save(content, temporary))
+    write_atomically(Path(path), lambda temporary: torch.save(content, temporary))
 
 
 def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:

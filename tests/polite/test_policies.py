@@ -8,13 +8,16 @@ import pytest
 import torch
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from stable_baselines3.common.vec_env import VecNormalize
-from stub_envs import register, vec_env
+from stub_envs import CountingEnv, register, vec_env
 
 from polite.policies.episodes import EpisodeTally
 from polite.policies.learned_reward import LearnedReward
 from polite.policies.policy import GaussianPolicy, load_policy, save_policy
 from polite.policies.ppo import PpoConfig, PpoTrainer
+from polite.policies.reward_wrapper import LearnedRewardWrapper
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
+from polite.rewards.files import load_reward_model, save_reward_model
+from polite.rewards.network import RewardNet, RewardNetConfig, predict
 from polite.types import NotFiniteError, PoliteError, ShapeError
 
 SMALL = PpoConfig(num_envs=2, rollout=16, batch_size=16, epochs=2, hidden=(8, 8))
@@ -355,3 +358,46 @@ def test_a_model_that_mujoco_warns_about_is_made_without_a_word(
     assert capfd.readouterr() == ("", "")
     assert not list(tmp_path.iterdir())
     assert mujoco.get_mju_user_warning() is before  # what comes later is heard
+
+
+# --- a learned reward for whatever trains a policy ------------------------------------------------
+
+
+@pytest.fixture
+def reward_file(tmp_path):
+    net = RewardNet(2, 2, RewardNetConfig((4,), (0.0,)), torch.Generator().manual_seed(0))
+    save_reward_model(tmp_path / "reward.pt", net)
+    return tmp_path / "reward.pt"
+
+
+def test_the_wrapper_pays_what_the_model_says_of_the_state_before(reward_file) -> None:
+    env = LearnedRewardWrapper(CountingEnv(), reward_file)
+    model = load_reward_model(reward_file)
+    seen, _ = env.reset(seed=0)
+    action = np.array([0.5, -0.5], np.float32)
+    for _ in range(3):
+        expected = predict(model, seen[None], action[None])[0]
+        seen, reward, *_, info = env.step(action)
+        assert reward == pytest.approx(float(expected), abs=1e-7)
+        assert info["true_reward"] == pytest.approx(seen[0] - 1 + 0.005)
+
+
+def test_the_wrapper_stands_even_where_the_env_writes_into_its_observation(reward_file) -> None:
+    class Writing(CountingEnv):
+        seen = np.zeros(2)
+
+        def _observe(self):
+            self.seen[:] = super()._observe()
+            return self.seen
+
+    rewards = []
+    for made in (CountingEnv(), Writing()):
+        env = LearnedRewardWrapper(made, reward_file)
+        env.reset(seed=0)
+        rewards.append([env.step(ZEROS[0])[1] for _ in range(3)])
+    assert rewards[0] == rewards[1]
+
+
+def test_a_model_of_another_env_is_refused(reward_file) -> None:
+    with pytest.raises(ShapeError, match=r"trained on .*\(\(2,\), \(2,\)\), got an env with"):
+        LearnedRewardWrapper(gym.make("Pendulum-v1"), reward_file)

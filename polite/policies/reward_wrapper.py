@@ -1,0 +1,61 @@
+"""A learned reward in place of an env's own, for whatever trains a policy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.utils import RecordConstructorArgs
+
+from polite.rewards.files import load_reward_model
+from polite.rewards.network import predict
+from polite.types import ShapeError
+
+
+class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """Pays r̂(s_t, a_t) of a reward model; the env's own reward is `info["true_reward"]`.
+
+    Wrap the env before its observations are normalised: r̂ has learned from raw ones.
+
+    Example:
+        env = LearnedRewardWrapper(gym.make("Walker2d-v5"), "runs/walker/models/reward.pt")
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], reward_model: Path | str) -> None:
+        """Wrap an env.
+
+        Args:
+            env: Its observations (n,) and actions (v,) are those that the model was trained on.
+            reward_model: The model's file.
+
+        Raises:
+            PoliteError: There is no such model.
+            ShapeError: The env's observations or actions are of other sizes.
+        """
+        RecordConstructorArgs.__init__(self, reward_model=str(reward_model))
+        super().__init__(env)
+        self._model = load_reward_model(reward_model)
+        expected = (self._model.observation_size,), (self._model.action_size,)
+        seen = env.observation_space.shape, env.action_space.shape
+        if seen != expected:
+            raise ShapeError(
+                f"{reward_model}: was trained on observations and actions of shapes {expected}, "
+                f"got an env with {seen}"
+            )
+        self._observation: Any = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode."""
+        self._observation, info = self.env.reset(seed=seed, options=options)
+        return self._observation, info
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Step the env, and pay for the step what the model says of it."""
+        before = np.array(self._observation)  # some envs write the next one into it
+        self._observation, reward, terminated, truncated, info = self.env.step(action)
+        paid = float(predict(self._model, before, np.asarray(action)))
+        return self._observation, paid, terminated, truncated, info | {"true_reward": reward}
