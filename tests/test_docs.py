@@ -4,6 +4,8 @@ import importlib.util
 import re
 from pathlib import Path
 
+from polite.experiments.offline.candidates import CANDIDATES
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -29,3 +31,9 @@ def test_the_code_of_the_python_page_runs(tmp_path, monkeypatch):
         exec(compile(block, "docs/python.md", "exec"), names)
     assert names["agent"].num_timesteps == 200
     assert len(names["feedback"].answers) == 30
+
+
+def test_the_page_on_highlights_lists_every_candidate():
+    text = (ROOT / "docs" / "highlights.md").read_text("utf-8")
+    listed = {name for row in re.findall(r"^\| (`.*?) \|", text, re.M) for name in row.split(", ")}
+    assert listed == {f"`{name}`" for name in CANDIDATES}

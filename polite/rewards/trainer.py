@@ -72,15 +72,18 @@ class RewardTrainingConfig:
             or not 0 <= self.highlight_decay <= 1
             or not 0 <= self.validation_share < 1
             or not (self.stop_accuracy is None or 0 < self.stop_accuracy < 1)
-            or self.preference not in _PREFERENCE_LOSSES
-            or self.highlights not in HIGHLIGHT_LOSSES
         ):
             raise InvalidValueError(
                 "expected epochs, batch_size, patience ≥ 1, learning_rate > 0, weight_decay, "
                 "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], validation_share in "
-                "[0, 1), stop_accuracy in (0, 1) or None, preference in "
-                f"{tuple(_PREFERENCE_LOSSES)}, highlights in {tuple(HIGHLIGHT_LOSSES)}, got {self}"
+                f"[0, 1), stop_accuracy in (0, 1) or None, got {self}"
             )
+        for name, known in (("preference", _PREFERENCE_LOSSES), ("highlights", HIGHLIGHT_LOSSES)):
+            if getattr(self, name) not in known:
+                forms = ", ".join(known)
+                raise InvalidValueError(
+                    f"{name}: expected one of {forms}, got {getattr(self, name)!r}"
+                )
 
 
 def train_reward(

@@ -249,9 +249,14 @@ def test_feedback_that_does_not_fit_is_refused():
         {"highlight_length": -1},
         {"highlight_decay": 1.5},
         {"alpha_positive": -1.0},
-        {"preference": "batchwise"},
     ],
 )
 def test_impossible_settings_are_refused(change):
     with pytest.raises(InvalidValueError, match=f"got RewardTrainingConfig.*{next(iter(change))}"):
         replace(QUICK, **change)
+
+
+@pytest.mark.parametrize(("name", "known"), [("preference", "pairwise"), ("highlights", "choice")])
+def test_an_unknown_loss_is_refused_with_those_there_are(name, known):
+    with pytest.raises(InvalidValueError, match=f"^{name}: expected one of .*{known}.*got 'other'$"):
+        replace(QUICK, **{name: "other"})

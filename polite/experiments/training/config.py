@@ -24,7 +24,8 @@ class TrainConfig:
     out: Path
     """Folder for everything; new, unless --resume."""
     env: str = "SocialCorridor-v0"
-    """Id of any Gymnasium env with vectors for observations and continuous actions."""
+    """Id of any Gymnasium env with vectors for observations and continuous actions; one of your own
+    as MODULE:ID, the module that registers it before a colon."""
     env_settings: tuple[str, ...] = ()
     """Keywords of the env as NAME=VALUE, the value in JSON, such as terminate_when_unhealthy=false
     or max_episode_steps=500."""
@@ -55,7 +56,8 @@ class TrainConfig:
         "polite"
     )
     """Who answers. polite: the paper's, who reverses 10% of the preferences and skips ties; the
-    others are B-Pref's, of whom oracle makes no mistakes. All place highlights in the same way."""
+    others are B-Pref's, of whom oracle makes no mistakes. Where all of them place highlights goes
+    with --highlights."""
     rationality: float | None = None
     """β of the teacher stochastic, per unit of true return; 1 if not given."""
     average_return: float | None = None
@@ -85,14 +87,17 @@ class TrainConfig:
     """What a preference says: Eq. 2 of the paper, or the softmax over the minibatch that the
     authors' release has in its place."""
     highlights: str | None = None
-    """What a highlight says, such as choice or paper; the preset's form if not given."""
+    """What a highlight says: choice (the preset fast's), paper (the preset paper's), paper-summed,
+    target, margin, segment, rival or choice-rival. Under paper the teacher marks what passes the
+    release's thresholds and α is the paper's; under every other form it marks what is unusual among
+    the clips (above the 80% quantile, below the 20%) and α is 1."""
     highlight_length: int | None = None
     """L, steps that a highlight reaches back; the env's own if not given."""
     highlight_decay: float | None = None
     """λ, what a step of it counts relative to the next one; the env's own if not given."""
     marks: Literal["labelled", "true-winner"] = "labelled"
-    """On which clip highlights lie when a preference was reversed by mistake: on the one that is
-    labelled the winner, or on the one that is."""
+    """On which clip highlights lie when a preference was reversed by mistake: on the one that was
+    named the better, or on the one that is."""
     highlights_missed: float = 0.0
     """How often the teacher forgets a highlight that it would have given."""
     highlights_wrong_sign: float = 0.0
