@@ -258,5 +258,6 @@ def test_impossible_settings_are_refused(change):
 
 @pytest.mark.parametrize(("name", "known"), [("preference", "pairwise"), ("highlights", "choice")])
 def test_an_unknown_loss_is_refused_with_those_there_are(name, known):
-    with pytest.raises(InvalidValueError, match=f"^{name}: expected one of .*{known}.*got 'other'$"):
+    told = f"^{name}: expected one of .*{known}.*got 'other'$"
+    with pytest.raises(InvalidValueError, match=told):
         replace(QUICK, **{name: "other"})
