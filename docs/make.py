@@ -103,8 +103,8 @@ def page():
 |---|---|
 {rows(scenario_rows())}
 
-Three times real speed, driven by `DynamicWindow`; dashed rings are personal space, blue lines the
-rays, arrows the social forces, bars the reward terms.
+Three times real speed, driven by `SocialForceRobot` (crowded and doorway: `DynamicWindow`); dashed
+rings are personal space, blue lines the rays, arrows the social forces, bars the reward terms.
 
 | | |
 |---|---|
@@ -149,7 +149,9 @@ makes one picture of them).
 ## Reference controllers
 
 In `socialnav_env.controllers`, with the `predict` of stable-baselines3:
-`StraightToGoal(env.unwrapped.config).predict(observation)`.
+`StraightToGoal(env.unwrapped.config).predict(observation)`. A controller has to know the config of
+the env that it drives: `evaluate(StraightToGoal(CorridorConfig.from_keywords(scenario="crowded")),
+episodes=200, scenario="crowded")`, with `CorridorConfig` of `socialnav_env.config`.
 
 | Controller | |
 |---|---|

@@ -158,11 +158,13 @@ class CorridorConfig:
     intermittent_reward: float = _number(0.5, 0.0, 1000.0)
     """Paid once, on the step that collects the intermittent goal."""
     collision_penalty: float = _number(1.0, 0.0, 1000.0)
-    """Taken when the robot runs into a person or a wall after `contact_memory` free of contact."""
+    """Taken when robot and person, or robot and wall, touch after `contact_memory` in which this
+    kind of contact was none; whoever ran into whom."""
     contact_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken on each further step in contact."""
     contact_memory: float = _number(0.5, 0.0, 60.0)
-    """A contact this soon after the last one is the same collision [s]; at 0 each step is one."""
+    """A contact this soon after the last one of its kind (people, walls) is the same collision [s];
+    at 0 each step is one."""
     proximity_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken per step and person at touching distance; falls linearly to 0 at `personal_space`."""
     personal_space: float = _number(1.2, 0.0, 10.0)
@@ -214,20 +216,18 @@ class CorridorConfig:
             )
 
     def _check_timestep(self) -> None:
-        """Raise ConfigError if a physics step could take a body through a wall or another body."""
-        half = 0.5 * (DOORWAY_WALL if self.doorway_width > 0.0 else OUTER_WALL)
-        robot, human = self.robot_radius, self.human_radius
-        longest = (half + robot) / self.robot_speed
+        """Raise ConfigError if a physics step could take a centre into a wall or past another one.
+
+        Nobody moves by more than its own radius. Two who come towards each other then stay apart
+        as well: (a + b) / (v + w) lies between a / v and b / w.
+        """
+        longest = self.robot_radius / self.robot_speed
         if self.num_humans > 0:
-            top = self.human_top_speed
-            with_robot = (robot + human) / (self.robot_speed + top)
-            longest = min(longest, (half + human) / top, with_robot)
-        if self.num_humans > 1:
-            longest = min(longest, human / top)
+            longest = min(longest, self.human_radius / self.human_top_speed)
         if self.timestep > longest:
             raise ConfigError(
-                f"timestep={self.timestep}: at these speeds and radii somebody could get through "
-                f"a wall or a person in one step; expected at most {longest:.3g} s"
+                f"timestep={self.timestep}: at these speeds and radii somebody could get into a "
+                f"wall or through a person in one step; expected at most {longest:.3g} s"
             )
 
     def _check_dt(self) -> None:
@@ -243,6 +243,11 @@ class CorridorConfig:
     def dt(self) -> float:
         """One env step [s]."""
         return self.timestep * self.frame_skip
+
+    @property
+    def frames_per_second(self) -> int:
+        """Pictures a second that come closest to real time; at least 1."""
+        return max(1, round(1.0 / self.dt))
 
     @property
     def jamb(self) -> float:

@@ -76,7 +76,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     | 2 | cosine of its heading (1 looks along +z) | -1 | 1 | - |
     | 3 | sine of its heading (1 looks along +x) | -1 | 1 | - |
     | 4 | its forward velocity | -V | V | m/s |
-    | 5 | its velocity to the left (a unicycle's only when pushed) | -V | V | m/s |
+    | 5 | its velocity to the left (a unicycle's: while it turns, since it moves along the heading at the step's start, and when pushed) | -V | V | m/s |
     | 6 | its turn rate | -1 | 1 | rad/s |
     | 7 | distance to the intermittent goal | 0 | D | m |
     | 8, 9 | cosine and sine of its bearing (cosine 1 is ahead, sine 1 is left) | -1 | 1 | - |
@@ -102,7 +102,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
     | `reward_collision` | -`collision_penalty` (1) when a contact begins after `contact_memory` (0.5 s) without any, -`contact_penalty` (0.02) on each further step in contact |
     | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person whose distance d, surface to surface, is less than that (1.2 m) |
-    | `reward_progress` | `progress_weight` (0.2) times the metres by which the way that is left got shorter; it leads over the intermittent goal while that is uncollected and ahead, so passing it by drops the detour at once |
+    | `reward_progress` | `progress_weight` (0.2) times the metres by which the remaining path got shorter; the path leads via the intermittent goal until that is collected or passed, so passing it by drops the detour at once |
     | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
 
     ## Info
@@ -114,7 +114,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     The robot stands at z = `start_z` within 0.5 m, x within 1 m, heading within 0.3 rad of the
     corridor's axis. Goals are drawn within `anchor_jitter` of their anchors. So are the z around
     which the first three people walk; further people walk anywhere. They start within `human_roam`
-    of that z, anywhere across, clear of each other and of the robot.
+    (but at least 0.5 m) of that z, or a little further where there is no room, anywhere across,
+    clear of each other and of the robot. With `walking="group"` or `"queue"` people stand anywhere.
 
     `reset(options={...})` sets how episodes differ: for each field of the config marked `varies` a
     value, a pair (low, high) to draw from uniformly, or a list of values to choose from, as in
@@ -169,7 +170,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
             ConfigError: An unknown or impossible keyword.
         """
         self.config = CorridorConfig.from_keywords(**settings)
-        self.metadata = {**self.metadata, "render_fps": round(1.0 / self.config.dt)}
+        self.metadata = {**self.metadata, "render_fps": self.config.frames_per_second}
         self.render_mode = render_mode
         self._pictures = Pictures(
             self.config,
@@ -239,7 +240,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
         if self.render_mode == "human":
             self.render()
         info = self._info()
-        reward = sum([info[name] for name in TERMS])
+        reward = float(self.world.terms[0].sum())  # as the vector env; Python's own sum rounds less
         return observations[0], reward, bool(self.world.ended[0]), False, info
 
     def render(self) -> NDArray[np.uint8] | None:

@@ -12,6 +12,8 @@ from socialnav_env.kernels import BoolArray, FloatArray
 from socialnav_env.standing import draw_formation
 from socialnav_env.start import NUM_WAYPOINTS, draw_start, start_parameters
 
+STARTS = 50
+"""Whole starts to draw before a corridor is found too small: the first people may block it."""
 DOWN_THE_CORRIDOR = math.pi
 """Facing of a walking person who has been stopped [rad]."""
 
@@ -59,17 +61,21 @@ def draw_layout(config: CorridorConfig, rng: np.random.Generator) -> Layout:
         waits=np.zeros(count, dtype=np.bool_),
         facings=np.full(count, DOWN_THE_CORRIDOR),
     )
-    fits = draw_start(
-        start_parameters(config),
-        rng,
-        layout.robot,
-        layout.goals,
-        layout.people,
-        layout.waypoints,
-        layout.speeds,
-        layout.sides,
-    )
-    if count and config.walking in ("group", "queue"):
+    stand = count > 0 and config.walking in ("group", "queue")
+    for _ in range(STARTS):
+        fits = draw_start(
+            start_parameters(config),
+            rng,
+            layout.robot,
+            layout.goals,
+            layout.people,
+            layout.waypoints,
+            layout.speeds,
+            layout.sides,
+        )
+        if fits or stand:
+            break
+    if stand:
         _stand(layout, config, rng)
     elif not fits:
         raise ConfigError(

@@ -16,7 +16,8 @@ from socialnav_env.kernels import BoolArray, FloatArray, kernel
 METRICS = {
     "success": "S: 1 once the end goal is reached (Francis)",
     "intermittent": "1 once the intermittent goal is collected",
-    "collisions": "collisions begun, with people or walls: events, not steps",
+    "collisions": "collisions begun, with people or walls, whoever ran into whom: events, not "
+    "steps",
     "human_collisions": "HC: steps in contact with a person (Francis)",
     "wall_collisions": "WC: steps in contact with a wall (Francis)",
     "time_to_goal": "T: time until the end goal, or so far while it is not reached (Francis) [s]",
@@ -35,7 +36,8 @@ METRICS = {
     "acceleration_max": "largest |a_t| [m/s^2]",
     "jerk_mean": "J: mean of |a_t - a_(t-1)| / dt, from the second step on (Francis) [m/s^3]",
     "jerk_max": "largest of these [m/s^3]",
-    "path_irregularity": "sum of |change of the robot's heading| / PL (Francis) [rad/m]",
+    "path_irregularity": "sum of |change of the robot's heading| / PL, 0 while PL is 0 (Francis) "
+    "[rad/m]",
     "intimate_share": "share of steps with the nearest person closer than 0.45 m, surface to "
     "surface (Hall, HuNavSim)",
     "personal_share": "the same for 0.45 to 1.2 m (Hall, HuNavSim)",

@@ -192,7 +192,7 @@ def reward(
         flags: (N, 2) collected, reached; updated.
         contacts: (N, 2) the robot touched a person, a wall, in this step.
         actions: (N, 2 or 3) clipped to [-1, 1].
-        contact_free: (N,) steps since the last contact; updated.
+        contact_free: (N, 2) steps since the last contact with a person, a wall; updated.
         remaining: (N,) metres left before the step; updated.
         parameters: Row of RewardParameters.
         terms: (N, 6) written, in the order of TERMS.
@@ -205,22 +205,26 @@ def reward(
         for i in range(terms.shape[1]):
             terms[n, i] = 0.0
 
-        to_goal = _norm(goals[n, 1, 0] - robot[0], goals[n, 1, 1] - robot[1])
+        to_goal = way(robot[0], robot[1], goals[n, 1, 0], goals[n, 1, 1], p)
         if not flags[n, 1] and to_goal <= p.goal_radius:
             flags[n, 1] = True
             terms[n, 0] = p.goal_reward
-        to_other = _norm(goals[n, 0, 0] - robot[0], goals[n, 0, 1] - robot[1])
+        to_other = way(robot[0], robot[1], goals[n, 0, 0], goals[n, 0, 1], p)
         if not flags[n, 0] and to_other <= p.intermittent_radius:
             flags[n, 0] = True
             terms[n, 1] = p.intermittent_reward
 
         collided[n] = False
-        if contacts[n, 0] or contacts[n, 1]:
-            collided[n] = contact_free[n] >= p.memory_steps
-            terms[n, 2] = -p.collision_penalty if collided[n] else -p.contact_penalty
-            contact_free[n] = 0
-        else:
-            contact_free[n] += 1
+        for kind in range(contacts.shape[1]):  # who leans on a wall can still run into a person
+            if contacts[n, kind]:
+                collided[n] = collided[n] or contact_free[n, kind] >= p.memory_steps
+                contact_free[n, kind] = 0
+            else:
+                contact_free[n, kind] += 1
+        if collided[n]:
+            terms[n, 2] = -p.collision_penalty
+        elif contacts[n, 0] or contacts[n, 1]:
+            terms[n, 2] = -p.contact_penalty
 
         for h in range(1, bodies.shape[1]):
             centres = _norm(bodies[n, h, 0] - robot[0], bodies[n, h, 1] - robot[1])

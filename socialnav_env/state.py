@@ -35,7 +35,7 @@ class State:
         sides: (N, H) lean of the evasion [rad].
         waits: (N, H) who stands at the waypoint until patience is out.
         people_parameters: (N, P) rows of `people.PeopleParameters`, drawn with the episode.
-        contact_free: (N,) steps since the robot's last contact.
+        contact_free: (N, 2) steps since the robot's last contact with a person, a wall.
         remaining: (N,) metres of the way that are left.
         tallies: (N, NUM_TALLIES) from which the metrics follow.
         time: (N,) seconds since the episode's start.
@@ -75,7 +75,7 @@ class State:
             sides=np.zeros((count, people)),
             waits=np.zeros((count, people), dtype=np.bool_),
             people_parameters=np.zeros((count, len(PeopleParameters._fields))),
-            contact_free=np.zeros(count, dtype=np.int64),
+            contact_free=np.zeros((count, 2), dtype=np.int64),
             remaining=np.zeros(count),
             tallies=np.zeros((count, NUM_TALLIES)),
             time=np.zeros(count),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.layout import draw_layout
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,8 @@ def variation_from(options: Mapping[str, Any], config: CorridorConfig) -> Variat
         for value in values:
             dataclasses.replace(own, **{name: value})
     _check_top_speed({name: max(extremes[name]) for name in SPEEDS if name in extremes}, config)
+    for walking in extremes.get("walking", ()):
+        draw_layout(dataclasses.replace(config, walking=walking), np.random.default_rng(0))
     return Variation(plain)
 
 

@@ -106,7 +106,7 @@ class SocialCorridorVectorEnv(VectorEnv[FloatArray, FloatArray, Any]):
         self.config = CorridorConfig.from_keywords(**settings)
         self.metadata = {
             **self.metadata,
-            "render_fps": round(1.0 / self.config.dt),
+            "render_fps": self.config.frames_per_second,
             "autoreset_mode": self._mode,
         }
         self.render_mode = render_mode

@@ -75,7 +75,7 @@ def episode_summary(
         total: Sum of the rewards.
         length: Number of steps.
     """
-    over_before = terminated or bool(info.get("held", False)) or bool(info.get("success", False))
+    over_before = terminated or bool(info.get("ended", False)) or bool(info.get("success", False))
     metrics = {name: info[name] for name in METRICS if name in info}
     if "collisions" in metrics:
         metrics["collided"] = 1.0 if metrics["collisions"] > 0 else 0.0

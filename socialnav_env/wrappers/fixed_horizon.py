@@ -11,6 +11,10 @@ from gymnasium.utils import RecordConstructorArgs
 from socialnav_env.checks import checked_count
 from socialnav_env.wrappers.types import Action, Observation, Step
 
+REPORTS = ("episode", "episode_metrics")
+"""What wrappers beneath tell of a finished episode (RecordEpisodeStatistics and Monitor,
+EpisodeMetrics): whoever counts episodes counts each of these as one."""
+
 
 class FixedHorizon(
     gym.Wrapper[Observation, Action, Observation, Action],
@@ -20,10 +24,12 @@ class FixedHorizon(
     """Every episode lasts the same number of steps, since an early end tells of the reward.
 
     After a terminal state that state is held and pays 0 until the horizon is reached; only then is
-    the episode truncated. `info["held"]` tells such steps apart; there the `reward_*` terms are 0
-    and no `collision` begins. For an env that has no keyword against early ends: the corridor has
-    `terminate_on_goal` and `terminate_on_collision`, most MuJoCo envs
-    `terminate_when_unhealthy`.
+    the episode truncated. `info["held"]` tells such steps apart; there the `reward_*` terms are 0,
+    no `collision` begins, and reports of the finished episode are not told again.
+    `info["ended"]` says that the env has terminated, from that step on.
+
+    For an env that has no keyword against early ends: the corridor has `terminate_on_goal` and
+    `terminate_on_collision`, most MuJoCo envs `terminate_when_unhealthy`.
 
     Example:
         >>> import gymnasium as gym
@@ -66,7 +72,7 @@ class FixedHorizon(
         self._elapsed = 0
         self._final = None
         observation, info = self.env.reset(seed=seed, options=options)
-        return observation, {**info, "held": False}
+        return observation, {**info, "held": False, "ended": False}
 
     def step(self, action: Action) -> Step[Observation]:
         """Step the env, or hold its terminal state."""
@@ -76,9 +82,10 @@ class FixedHorizon(
             observation, info = copy.deepcopy(self._final)
             return observation, 0.0, False, horizon, info
         observation, reward, terminated, truncated, info = self.env.step(action)
+        told = {**info, "ended": terminated}
         if terminated or truncated:
-            self._final = copy.deepcopy((observation, _held(info)))
-        return observation, reward, False, horizon, {**info, "held": False}
+            self._final = copy.deepcopy((observation, _held(told)))
+        return observation, reward, False, horizon, {**told, "held": False}
 
 
 def _held(info: dict[str, Any]) -> dict[str, Any]:
@@ -86,4 +93,5 @@ def _held(info: dict[str, Any]) -> dict[str, Any]:
     nothing: dict[str, Any] = {key: 0.0 for key in info if key.startswith("reward_")}
     if "collision" in info:
         nothing["collision"] = False
-    return {**info, **nothing, "held": True}
+    state = {key: value for key, value in info.items() if key not in REPORTS}
+    return {**state, **nothing, "held": True}

@@ -50,7 +50,7 @@ class SocialMetrics(EpisodeMetrics[Observation, Action], Generic[Observation, Ac
     def step(self, action: Action) -> Step[Observation]:
         """Step the env; keep the metrics when the episode ends."""
         observation, reward, terminated, truncated, info = super().step(action)
-        if "episode_metrics" in info:
+        if terminated or truncated:
             self.episodes.append(dict(info["episode_metrics"]))
         return observation, reward, terminated, truncated, info
 
@@ -144,4 +144,4 @@ class VectorSocialMetrics(
 
 def _info_of(info: Mapping[str, Any], n: int) -> dict[str, Any]:
     """What an episode's summary needs of one env's info."""
-    return {name: info[name][n].item() for name in (*METRICS, "held") if name in info}
+    return {name: info[name][n].item() for name in (*METRICS, "ended") if name in info}

@@ -78,8 +78,8 @@ class MetricsTable:
         """Sum up episodes.
 
         `time_to_goal` is the mean over the episodes that reached the goal, the metrics of distance
-        to people over those with people, and `min_time_to_collision` over those in which somebody
-        was approaching.
+        to people over those with people, `min_time_to_collision` over those in which somebody was
+        approaching, and `path_irregularity` over those in which the robot moved.
 
         Args:
             episodes: What `EpisodeMetrics` puts into `info["episode_metrics"]`, all with the same
@@ -180,4 +180,6 @@ def _tells(name: str, episode: Mapping[str, float]) -> bool:
         return episode["success"] > 0
     if name in ABOUT_PEOPLE and episode["min_human_distance"] == NO_ONE:
         return False
+    if name == "path_irregularity":
+        return episode["path_length"] > 0
     return name != "min_time_to_collision" or episode[name] < TIME_HORIZON

@@ -365,6 +365,18 @@ def test_the_key_codes_are_pygames():
     assert {name: getattr(pygame, f"K_{names[name]}") for name in CODES} == CODES
 
 
+def test_the_reward_is_its_terms_added_one_after_the_other():
+    env = make(scenario="crowded", **LENIENT)
+    env.reset(seed=0)
+    env.action_space.seed(0)
+    for _ in range(300):
+        _, reward, _, _, info = env.step(env.action_space.sample())
+        total = 0.0
+        for name in TERMS:  # Python's own sum compensates for rounding from 3.12 on
+            total = total + info[name]
+        assert reward == total
+
+
 # --- pictures ------------------------------------------------------------------------------------
 
 

@@ -281,3 +281,11 @@ def test_there_is_room_between_a_doorway_and_the_end_of_the_corridor(side, radiu
         assert (np.abs(places[:, 0]) <= 15.0 - radius - WALL_CLEARANCE + 1e-12).all()
         gaps = np.abs(places[:, 0] - config.doorway_z) - 0.5 * DOORWAY_WALL - radius
         assert (gaps >= WALL_CLEARANCE - 1e-12).all()
+
+
+def test_people_who_block_the_corridor_are_placed_anew():
+    tight = CorridorConfig(
+        num_humans=12, half_length=5.0, half_width=1.5, start_z=-4.0, intermittent_z=0.0, goal_z=4.0
+    )
+    for seed in range(300):  # one drawing would fail for some of these
+        draw_layout(tight, np.random.default_rng(seed))

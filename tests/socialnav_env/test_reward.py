@@ -38,7 +38,7 @@ class Scorer:
     def __init__(self, config=CONFIG, goals=GOALS):
         self.goals = np.array([goals])
         self.flags = np.zeros((1, 2), dtype=np.bool_)
-        self.contact_free = np.array([LONG_AGO])
+        self.contact_free = np.full((1, 2), LONG_AGO)
         self.remaining = np.zeros(1)
         self.row = np.array(reward_parameters(config))
         self.terms, self.collided = np.zeros((1, 6)), np.zeros(1, dtype=np.bool_)
@@ -78,6 +78,32 @@ def test_the_intermittent_goal_pays_once():
     assert scorer.score((-2.5, 0.79))["reward_intermittent"] == 3.0
     assert scorer.score((-2.5, 0.0))["reward_intermittent"] == 0.0
     assert scorer.flags.tolist() == [[True, False]]
+
+
+def test_who_leans_on_a_wall_can_still_run_into_a_person():
+    scorer = Scorer()
+    paid, begun = [], []
+    for person in [False] * 3 + [True, True] + [False] * 3:
+        paid.append(scorer.score((0.0, 0.0), wall=True, person=person)["reward_collision"])
+        begun.append(bool(scorer.collided[0]))
+    assert paid == [-2.0, -0.25, -0.25, -2.0, *[-0.25] * 4]
+    assert begun == [True, False, False, True, *[False] * 4]
+
+
+def test_both_at_once_are_one_collision():
+    scorer = Scorer()
+    assert scorer.score((0.0, 0.0), wall=True, person=True)["reward_collision"] == -2.0
+    assert scorer.score((0.0, 0.0), wall=True, person=True)["reward_collision"] == -0.25
+
+
+def test_a_goal_behind_the_doorways_wall_is_not_reached_through_it():
+    config = dataclasses.replace(CONFIG, doorway_width=1.8, doorway_z=2.0)
+    goals = ((2.5, -2.0), (2.5, 2.0))
+    scorer = Scorer(config, goals).start(1.6, 2.0)
+    assert scorer.score((1.6, 2.0))["reward_goal"] == 0.0
+    assert scorer.score((1.6, -2.0))["reward_intermittent"] == 0.0
+    assert scorer.score((2.4, 2.0))["reward_goal"] == 7.0
+    assert scorer.score((2.4, -2.0))["reward_intermittent"] == 3.0
 
 
 def test_a_collision_is_paid_when_it_begins_and_contact_while_it_lasts():

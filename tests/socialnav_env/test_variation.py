@@ -292,3 +292,12 @@ def test_the_defaults_come_back_on_demand(yes):
 def test_the_defaults_stand_alone(bad):
     with pytest.raises(ConfigError, match=r"defaults.*expected True, and no settings beside it"):
         variation_of(bad, CONFIG)
+
+
+def test_a_way_of_walking_for_which_there_is_never_room_is_refused_at_once():
+    small = CorridorConfig(
+        num_humans=12, half_length=5.0, start_z=-4.0, intermittent_z=0.0, goal_z=4.0
+    )
+    with pytest.raises(ConfigError, match="no room for a queue"):
+        variation_from({"walking": ["cross", "queue"]}, small)
+    variation_from({"walking": ["cross", "along"]}, small)

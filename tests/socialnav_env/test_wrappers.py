@@ -3,6 +3,7 @@ import doctest
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.wrappers import RecordEpisodeStatistics
 
 from socialnav_env.metrics import METRICS
 from socialnav_env.wrappers import (
@@ -70,7 +71,7 @@ def test_until_the_end_it_is_the_env_itself(make_mujoco, name):
         seen, paid, _, _, told = fixed.step(action)
         np.testing.assert_array_equal(seen, observation)
         assert paid == reward
-        assert told == {**info, "held": False}
+        assert told == {**info, "held": False, "ended": terminated}
         if terminated or truncated:
             break
 
@@ -103,6 +104,31 @@ def test_a_terminal_state_is_held_and_pays_nothing(make_mujoco, name):
         }
     if name == "SocialCorridor-v0":
         assert info["collision"] and not any(step[4]["collision"] for step in held)
+
+
+def test_a_finished_episode_is_reported_once(make_mujoco):
+    inner = RecordEpisodeStatistics(EpisodeMetrics(make_mujoco("SocialCorridor-v0")))
+    env = SocialMetrics(FixedHorizon(inner, steps=60))
+    env.reset(seed=0)
+    crash(env)
+    told = [env.step(np.array([1.0, 1.0]))[4] for _ in range(60)]
+    assert sum("episode" in info for info in told) == 1
+    assert len(env.episodes) == 1 and env.episodes[0]["length"] == 60
+
+
+@pytest.mark.parametrize("spare", [0, 1])
+def test_an_end_on_the_last_step_is_no_time_out(make_mujoco, spare):
+    env = make_mujoco("SocialCorridor-v0")
+    env.reset(seed=0)
+    crash(env)
+    steps = next(k for k in range(1, 99) if env.step(np.array([1.0, 1.0]))[2])
+    fixed = EpisodeMetrics(FixedHorizon(make_mujoco("SocialCorridor-v0"), steps=steps + spare))
+    fixed.reset(seed=0)
+    crash(fixed)
+    for _ in range(steps + spare):
+        info = fixed.step(np.array([1.0, 1.0]))[4]
+    assert info["episode_metrics"]["timeout"] == 0.0
+    assert info["episode_metrics"]["collided"] == 1.0
 
 
 def test_held_steps_share_no_object(make_mujoco):
