@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import Any, Final, Generic, Literal, TypeVar
 
 from polite.study.design import Design, Question
+from polite.study.export_names import QUESTIONNAIRE
 from polite.study.quality import (
     COUNTED,
     answered,
     catch_results,
+    choice_seconds,
     decision_seconds,
     fast_share,
     is_fast,
@@ -82,7 +84,8 @@ def minutes_tasks(person: ParticipantRecord) -> float | None:
 
 def questionnaire_columns(design: Design) -> tuple[Column[PersonRow], ...]:
     """The questionnaire's columns: who, then one for each question."""
-    return (*WHO, EXCLUDED, *(_question(question) for question in design.questions))
+    who = (column for column in PARTICIPANTS if column.name in QUESTIONNAIRE)
+    return (*who, *(_question(question) for question in design.questions))
 
 
 def _question(question: Question) -> Column[PersonRow]:
@@ -98,7 +101,7 @@ def _question(question: Question) -> Column[PersonRow]:
     )
 
 
-WHO: Final[tuple[Column[PersonRow], ...]] = (
+_DESCRIBED: Final[tuple[Column[PersonRow], ...]] = (
     Column(
         "participant",
         "integer",
@@ -113,16 +116,6 @@ WHO: Final[tuple[Column[PersonRow], ...]] = (
         "polite: preferences and highlights; baseline: preferences only.",
         lambda row: row.person.condition,
     ),
-)
-EXCLUDED: Final[Column[PersonRow]] = Column(
-    "excluded",
-    "true/false",
-    "",
-    "Whether the participant's answers are left out of the learner's data (data/).",
-    lambda row: bool(row.reasons),
-)
-_DESCRIBED: Final[tuple[Column[PersonRow], ...]] = (
-    *WHO,
     Column(
         "block",
         "integer",
@@ -146,7 +139,13 @@ _DESCRIBED: Final[tuple[Column[PersonRow], ...]] = (
     ),
 )
 _EXCLUSION: Final[tuple[Column[PersonRow], ...]] = (
-    EXCLUDED,
+    Column(
+        "excluded",
+        "true/false",
+        "",
+        "Whether the participant's answers are left out of the learner's data (data/).",
+        lambda row: bool(row.reasons),
+    ),
     Column(
         "exclusion_reasons",
         "category",
@@ -409,15 +408,23 @@ ANSWERS: Final[tuple[Column[AnswerRow], ...]] = (
         "decision_seconds",
         "number",
         "s",
-        "From having watched both clips to the answer: by the page's clock, or by the server's "
-        "where the page's times cannot be right; empty if unknown.",
+        "From having watched both clips to the answer, marking included: by the page's clock, or "
+        "by the server's where the page's times cannot be right; empty if unknown.",
         lambda row: decision_seconds(row.answer),
+    ),
+    Column(
+        "choice_seconds",
+        "number",
+        "s",
+        "From having watched both clips to the choice, marking not included: by the page's clock; "
+        "where its times cannot be right, to the answer by the server's; empty if unknown.",
+        lambda row: choice_seconds(row.answer),
     ),
     Column(
         "fast",
         "true/false",
         "",
-        "Whether decision_seconds is below the study's fast_seconds.",
+        "Whether choice_seconds is below the study's fast_seconds.",
         lambda row: is_fast(row.answer, row.by.design),
     ),
     *map(_of_person, _EXCLUSION),

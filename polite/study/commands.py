@@ -15,8 +15,11 @@ from rich.console import Console
 from polite.types import PoliteError
 
 if TYPE_CHECKING:
+    from sqlalchemy import ColumnElement
+
     from polite.study.database import Database
     from polite.study.folder import StudyFolder
+    from polite.study.records import StudyRecords
 
 Folder = Annotated[Path, tyro.conf.Positional]
 
@@ -139,35 +142,68 @@ class Export(_Stored):
         with self.opened() as (folder, database):
             from polite.study.export import export
             from polite.study.identities import write_identities
-            from polite.study.reading import read_records
+            from polite.study.reading import make_of_records
             from polite.study.withdrawal import EXPORT
 
-            with database.read() as connection:
-                records = read_records(connection)
+            def write(records: StudyRecords) -> Path:
                 if self.identities:
-                    write_identities(connection, folder.design, self.identities)
-            return export(folder.path, records, self.out or folder.path / EXPORT)
+                    with database.read() as connection:
+                        write_identities(connection, folder.design, self.identities)
+                return export(folder.path, records, self.out or folder.path / EXPORT)
+
+            return make_of_records(database, write)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Withdraw(_Stored):
-    """Delete everything that a participant answered, by their withdrawal code."""
+    """Delete everything that a participant answered.
 
-    code: Annotated[str, tyro.conf.Positional]
+    Give their withdrawal code, or, for somebody who has lost it, --identity or --participant.
+    """
+
+    code: Annotated[str | None, tyro.conf.Positional] = None
     """The participant's code."""
+    identity: str | None = None
+    """What their panel calls them: NAME=VALUE, as PROLIFIC_PID=5f3c or workerId=A1B2."""
+    participant: int | None = None
+    """Their number in this study, as in the exported tables."""
 
     def run(self) -> str:
         """Delete; returns what to print.
 
         Raises:
-            PoliteError: Nobody has this code.
+            PoliteError: Nobody or not only one is meant, or an export could not be removed.
         """
         with self.opened(whole=False) as (folder, database):  # a damaged clip is no obstacle
             from polite.study.withdrawal import withdraw_everywhere
 
-            if not withdraw_everywhere(folder.path, database, self.code, time.time()):
-                raise PoliteError(f"nobody has the code {self.code}; compare it with the person's")
+            who, said = self._who()
+            if not withdraw_everywhere(folder.path, database, who, time.time()):
+                raise PoliteError(f"nobody has {said}; compare it with the person's")
             return "deleted; export again, and delete older exports that you keep elsewhere"
+
+    def _who(self) -> tuple[ColumnElement[bool], str]:
+        """Who is meant, and by what.
+
+        Raises:
+            PoliteError: That is not said in exactly one way.
+        """
+        from polite.study.invitations import PANEL_FIELDS
+        from polite.study.withdrawal import by_code, by_identity, by_number
+
+        if (self.code, self.identity, self.participant).count(None) != 2:
+            raise PoliteError("expected one of CODE, --identity and --participant")
+        if self.code is not None:
+            return by_code(self.code), f"the code {self.code}"
+        if self.participant is not None:
+            return by_number(self.participant), f"the number {self.participant}"
+        name, _, value = str(self.identity).partition("=")
+        if name not in PANEL_FIELDS or not value:
+            names = ", ".join(PANEL_FIELDS)
+            raise PoliteError(
+                f"--identity: expected NAME=VALUE with a name of {names}, got {self.identity}"
+            )
+        return by_identity(name, value), f"{name}={value}"
 
 
 @contextmanager

@@ -9,9 +9,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from polite.files import one_line, system_says
+from polite.study.export_names import QUESTIONNAIRE
 from polite.types import PoliteError
 
 FILE: Final = "study.toml"
@@ -27,8 +36,18 @@ Kind = Literal["practice", "main", "repeated", "mirrored"]
 _PLACEHOLDER: Final = re.compile(r"\[[A-Z0-9][A-Z0-9 ,-]*\]")
 """As the template has them: [YOUR NAME, E-MAIL], [20]."""
 
+_TAKEN: Final = (*QUESTIONNAIRE, "csrf", "main", "summary")
+"""Columns of the export, the form's own field and ids of its page: no question may replace them."""
+
+
+def _as_shown(text: str) -> str:
+    """A text as browsers show it and send it back: single spaces, none at its ends."""
+    return " ".join(text.split())
+
+
 Text = Annotated[str, Field(min_length=1, max_length=20_000)]
 Line = Annotated[str, Field(min_length=1, max_length=300)]
+Option = Annotated[Line, AfterValidator(_as_shown)]
 Index = Annotated[int, Field(ge=0)]
 
 
@@ -103,13 +122,23 @@ class Question(_Part):
     """What a scale's first point means."""
     high: str = "very much"
     """What its last point means."""
-    options: tuple[Line, ...] = ()
+    options: tuple[Option, ...] = ()
     """Of a choice."""
+
+    @field_validator("name")
+    @classmethod
+    def _check_name(cls, name: str) -> str:
+        if name in _TAKEN:
+            taken = ", ".join(_TAKEN)
+            raise ValueError(f"expected another name than {taken}, which export and page need")
+        return name
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if (self.kind == "choice") != (len(self.options) >= 2):
             raise ValueError(f"{self.name}: a choice, and only a choice, has two or more options")
+        if "" in self.options or len(set(self.options)) < len(self.options):
+            raise ValueError(f"{self.name}: expected options that differ, and none that is empty")
         return self
 
 
@@ -132,7 +161,8 @@ class Exclusion(_Part):
     fast_share: Annotated[float, Field(gt=0, le=1)] = 0.5
     """From which share of too fast answers on."""
     fast_seconds: Annotated[float, Field(ge=0)] = 1.0
-    """An answer is too fast if it follows so soon after both clips were watched [s]."""
+    """An answer is too fast if its choice follows so soon after both clips were watched [s].
+    Marking does not count, so that the rule is the same in both conditions."""
     same_choice_share: Annotated[float, Field(gt=0.5, le=1)] = 1.0
     """Against those who click through: from which share of one and the same answer on, be it
     always left, always right, always "equal" or always "cannot compare". 1.0: only who never

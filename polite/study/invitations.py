@@ -26,6 +26,8 @@ PANEL_FIELDS: Final = (
 """What Prolific's and Mechanical Turk's links say of a person."""
 PERSONAL_FIELDS: Final = ("PROLIFIC_PID", "workerId")
 """Those of them that are one person's, whatever they take part in."""
+NOT_ACCEPTED: Final = "ASSIGNMENT_ID_NOT_AVAILABLE"
+"""What Mechanical Turk says in an assignment's place while a task is only looked at."""
 _PANEL_VALUE: Final = re.compile(r"[A-Za-z0-9_.:-]{1,100}")
 
 
@@ -91,3 +93,9 @@ def panel_identities(query: Mapping[str, str]) -> dict[str, str]:
         for name in PANEL_FIELDS
         if name in query and _PANEL_VALUE.fullmatch(query[name])
     }
+
+
+def same_person(kept: Mapping[str, str], said: Mapping[str, str]) -> bool:
+    """Whether what two links say may be said of one person."""
+    both = [name for name in PERSONAL_FIELDS if name in kept and name in said]
+    return all(kept[name] == said[name] for name in both)

@@ -1,4 +1,4 @@
-"""Participants in the database: how they join, are found again, go on, and withdraw.
+"""Participants in the database: how they join, are found again, and go on.
 
 Each function works within the transaction of the connection that it is given. `now` is the server's
 time in seconds since the epoch.
@@ -20,7 +20,7 @@ from polite.study import schema
 from polite.study.assignment import choose, sequence
 from polite.study.design import Design
 from polite.study.errors import RefusedError, WithdrawnError
-from polite.study.invitations import PERSONAL_FIELDS
+from polite.study.invitations import NOT_ACCEPTED, PERSONAL_FIELDS
 from polite.study.stages import CONSENT, DONE, STILL_HERE, after
 
 _FIND: Final = select(schema.participants).where(
@@ -112,8 +112,7 @@ def join(
         RefusedError: The invitation is unknown or used up, or the panel's person is here already.
     """
     sha = record_design(connection, design, now)
-    # One at a time, or two could be given the same place in the balance or an invitation's last.
-    connection.execute(select(schema.designs).where(schema.designs.c.sha == sha).with_for_update())
+    _one_at_a_time(connection)
     people = schema.participants
     joined = select(people.c.number).where(people.c.session == hashed(token))
     if connection.execute(joined).one_or_none() is not None:
@@ -140,25 +139,33 @@ def join(
         update(people).where(people.c.number == number).values(condition=condition, block=block)
     )
     _insert_all(connection, schema.trials, _trial_rows(design, number, block))
-    names = [{"participant": number, "name": n, "value": v} for n, v in identities.items()]
-    _insert_all(connection, schema.identities, names)
+    _insert_identities(connection, number, identities)
 
 
-def may_be(connection: Connection, token: str, identities: Mapping[str, str]) -> bool:
-    """Whether a session's participant may be who a panel's link speaks of.
-
-    Args:
-        connection: The transaction.
-        token: The session's.
-        identities: What the link says; nothing, if no panel made it.
-    """
+def identities_of(connection: Connection, token: str) -> dict[str, str]:
+    """What a panel calls a session's participant; nothing, if no panel sent them."""
     people, said = schema.participants, schema.identities
     rows = connection.execute(
         select(said.c.name, said.c.value)
         .join(people, people.c.number == said.c.participant)
-        .where(people.c.session == hashed(token), said.c.name.in_(PERSONAL_FIELDS))
+        .where(people.c.session == hashed(token))
     )
-    return all(identities.get(row.name, row.value) == row.value for row in rows)
+    return {row.name: row.value for row in rows}
+
+
+def add_identities(connection: Connection, token: str, identities: Mapping[str, str]) -> None:
+    """Keep what a link says of a session's participant, beside what is known of them.
+
+    Raises:
+        WithdrawnError: There is no such participant (any more).
+        RefusedError: The panel's person is in the study as another participant.
+    """
+    person = find(connection, token, to_write=True)
+    _one_at_a_time(connection)
+    kept = identities_of(connection, token)
+    new = {name: value for name, value in identities.items() if name not in kept}
+    _refuse_again(connection, new)
+    _insert_identities(connection, person.number, new)
 
 
 def find(connection: Connection, token: str, *, to_write: bool = False) -> Participant:
@@ -190,35 +197,6 @@ def advance(connection: Connection, person: Participant, design: Design, now: fl
     return Participant(person.number, person.condition, person.block, stage, person.code)
 
 
-def withdraw(connection: Connection, code: str, now: float) -> bool:
-    """Delete everything of the participant whose code this is; whether there was one."""
-    people, invitations = schema.participants, schema.invitations
-    # An answer that is being stored now must be there to be deleted.
-    found = select(people).where(people.c.code == clean_code(code)).with_for_update()
-    row = connection.execute(found).one_or_none()
-    if row is None:
-        return False
-    for table in (schema.answers, schema.questionnaires, schema.trials, schema.identities):
-        connection.execute(table.delete().where(table.c.participant == row.number))
-    connection.execute(people.delete().where(people.c.number == row.number))
-    connection.execute(
-        update(invitations)
-        .where(invitations.c.token == row.invitation)
-        .values(withdrawn=invitations.c.withdrawn + 1)
-    )
-    connection.execute(
-        insert(schema.withdrawals).values(condition=row.condition, stage=row.stage, at=now)
-    )
-    return True
-
-
-def has_code(connection: Connection, code: str) -> bool:
-    """Whether there is a participant whose code this is."""
-    people = schema.participants
-    found = select(people.c.number).where(people.c.code == clean_code(code))
-    return connection.execute(found).one_or_none() is not None
-
-
 def completion_code(code: str) -> str:
     """The code that shows a panel that somebody has finished; does not tell how to withdraw."""
     digest = hashlib.sha256(f"completion:{code}".encode()).digest()
@@ -234,6 +212,15 @@ def clean_code(code: str) -> str:
 def _new_code() -> str:
     """80 random bits in letters that are hard to confuse."""
     return clean_code(base64.b32encode(secrets.token_bytes(10)).decode())
+
+
+def _one_at_a_time(connection: Connection) -> None:
+    """Wait for others who join or say who they are, until the transaction ends.
+
+    Or two could be given the same place in the balance or an invitation's last, or be one person.
+    """
+    sha = schema.designs.c.sha
+    connection.execute(select(sha).order_by(sha).with_for_update())
 
 
 def _refuse_again(connection: Connection, identities: Mapping[str, str]) -> None:
@@ -265,6 +252,16 @@ def _taken(connection: Connection, now: float) -> dict[tuple[str, int], int]:
         .group_by(people.c.condition, people.c.block)
     )
     return {(row[0], row[1]): row[2] for row in rows}
+
+
+def _insert_identities(connection: Connection, number: int, identities: Mapping[str, str]) -> None:
+    """Store what a panel calls a participant; what it says before it knows them is no name."""
+    rows = [
+        {"participant": number, "name": name, "value": value}
+        for name, value in identities.items()
+        if value != NOT_ACCEPTED
+    ]
+    _insert_all(connection, schema.identities, rows)
 
 
 def _trial_rows(design: Design, number: int, block: int) -> list[dict[str, Any]]:

@@ -70,13 +70,26 @@ def catch_results(participant: ParticipantRecord) -> list[CatchResult]:
 
 
 def decision_seconds(answer: AnswerRecord) -> float | None:
-    """Time from having watched both clips to this answer [s]; None if unknown.
+    """Time from having watched both clips to this answer, marking included [s]; None if unknown.
 
     By the page's clock, since a slow connection delays what the server hears; by the server's where
     the page's times are missing, run backwards, or last longer than the server can have waited.
     A clock that was set back tells nothing.
     """
-    watched, done = answer.client_watched_at, answer.client_answered_at
+    return _since_watched(answer, answer.client_answered_at)
+
+
+def choice_seconds(answer: AnswerRecord) -> float | None:
+    """Time from having watched both clips to the choice, before any marking [s]; None if unknown.
+
+    By the same clocks as `decision_seconds`; the server hears of no choice before the answer.
+    """
+    return _since_watched(answer, answer.client_chosen_at)
+
+
+def _since_watched(answer: AnswerRecord, done: float | None) -> float | None:
+    """From having watched both clips to a time of the page's clock, or else to the arrival [s]."""
+    watched = answer.client_watched_at
     if watched is not None and done is not None:
         seconds = done - watched
         if 0.0 <= seconds <= answer.received_at - answer.served_at:
@@ -87,8 +100,11 @@ def decision_seconds(answer: AnswerRecord) -> float | None:
 
 
 def is_fast(answer: AnswerRecord, design: Design) -> bool | None:
-    """Whether an answer came too soon after the clips were watched; None if that is unknown."""
-    seconds = decision_seconds(answer)
+    """Whether the choice came too soon after the clips were watched; None if that is unknown.
+
+    Marking does not count: only one of the conditions is asked for it.
+    """
+    seconds = choice_seconds(answer)
     return None if seconds is None else seconds < design.exclusion.fast_seconds
 
 

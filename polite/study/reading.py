@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Row, func, select
 
 from polite.study import schema
-from polite.study.design import Design
+from polite.study.database import Database
+from polite.study.design import Condition, Design
 from polite.study.records import (
     AnswerRecord,
     ParticipantRecord,
@@ -17,6 +19,19 @@ from polite.study.records import (
     StudyRecords,
     TrialRecord,
 )
+
+Made = TypeVar("Made")
+
+
+def make_of_records(database: Database, make: Callable[[StudyRecords], Made]) -> Made:
+    """What `make` makes of everybody who took part; anew, if somebody withdraws meanwhile."""
+    while True:
+        with database.read() as connection:
+            records = read_records(connection)
+        made = make(records)
+        with database.read() as connection:
+            if read_withdrawn(connection) == records.withdrawn:
+                return made
 
 
 def read_records(connection: Connection) -> StudyRecords:
@@ -28,10 +43,6 @@ def read_records(connection: Connection) -> StudyRecords:
     people = connection.execute(
         select(schema.participants).order_by(schema.participants.c.number)
     ).all()
-    withdrawals = schema.withdrawals
-    withdrawn = connection.execute(
-        select(withdrawals.c.condition, func.count()).group_by(withdrawals.c.condition)
-    )
     return StudyRecords(
         participants=tuple(
             _participant(
@@ -43,9 +54,16 @@ def read_records(connection: Connection) -> StudyRecords:
             )
             for row in people
         ),
-        withdrawn={row[0]: row[1] for row in withdrawn},
+        withdrawn=read_withdrawn(connection),
         shown=shown,
     )
+
+
+def read_withdrawn(connection: Connection) -> dict[Condition, int]:
+    """How many have withdrawn, by condition."""
+    condition = schema.withdrawals.c.condition
+    rows = connection.execute(select(condition, func.count()).group_by(condition))
+    return {row[0]: row[1] for row in rows}
 
 
 def read_shown(connection: Connection) -> Shown:

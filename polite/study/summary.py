@@ -205,7 +205,7 @@ def _times(people: dict[Condition, list[ParticipantRecord]], design: Design) -> 
     rows: list[tuple[str, Callable[[Condition], str]]] = [
         ("seconds an answer", quartiles(lambda a: a.received_at - a.served_at)),
         ("of these, after watching", quartiles(decision_seconds)),
-        (f"faster than {number(design.exclusion.fast_seconds)} s after watching", fast),
+        (f"chosen less than {number(design.exclusion.fast_seconds)} s after watching", fast),
         ("minutes to the last comparison", minutes(minutes_tasks)),
         ("minutes in total", minutes(minutes_total)),
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable
 from typing import Annotated, Final
@@ -60,13 +61,22 @@ def create_app(
     app.add_middleware(
         SessionMiddleware,
         secret_key=folder.secrets.session_key,
-        session_cookie="study",
+        session_cookie=cookie_name(folder.secrets.session_key),
         max_age=SESSION_DAYS * 24 * 3600,
         same_site="lax",  # strict would lose the participant who comes back by the link
         https_only=https,
     )
     app.add_middleware(Headers)
     return app
+
+
+def cookie_name(session_key: str) -> str:
+    """The name of a study's own cookie.
+
+    Browsers send a host's cookies to all of its ports: another study there would find one of the
+    same name signed by somebody else, and replace it.
+    """
+    return f"study-{hashlib.sha256(session_key.encode()).hexdigest()[:8]}"
 
 
 def _serve_files(app: FastAPI, folder: StudyFolder) -> None:

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Form, Path, Request
+from fastapi import APIRouter, Form, Path, Query, Request
 from fastapi.concurrency import run_in_threadpool
 from starlette.responses import Response
 
 from polite.study import stages
 from polite.study.clips import Clip
+from polite.study.database import NotStoredError
 from polite.study.errors import RefusedError
-from polite.study.invitations import panel_identities
+from polite.study.invitations import NOT_ACCEPTED, panel_identities, same_person
 from polite.study.participants import (
+    add_identities,
     advance,
     completion_code,
     find,
-    has_code,
     hashed,
+    identities_of,
     invitation_is_open,
     join,
-    may_be,
     new_token,
 )
 from polite.study.questionnaire import read_form, store_questionnaire
+from polite.study.web.problems import RETRY_AFTER, note
 from polite.study.web.site import (
     OUR_FORM,
     URLS,
@@ -34,7 +36,7 @@ from polite.study.web.site import (
     session_token,
     to,
 )
-from polite.study.withdrawal import withdraw_everywhere
+from polite.study.withdrawal import CopyLeftError, by_code, has_code, withdraw_everywhere
 
 router: Final = APIRouter()
 
@@ -58,24 +60,33 @@ def follow_invitation(request: Request, site: TheSite, invitation: Token) -> Res
     Nobody is stored yet: programs that look at links in advance must not use invitations up.
     """
     session, identities = request.session, panel_identities(request.query_params)
+    token = session.get("participant")
     with site.database.read() as connection:
-        known = session.get("invitation") == invitation
-        if known and "participant" in session:
-            if may_be(connection, session["participant"], identities):
-                return to("/")
-            known = False  # somebody else at the same computer
+        kept = identities_of(connection, token) if token else session.get("identities", {})
+        # A link's names that contradict are somebody else's at the same computer.
+        known = session.get("invitation") == invitation and same_person(kept, identities)
         if not known and not invitation_is_open(connection, invitation):
             raise RefusedError(410, "This invitation has been used already.")
     if not known:
         session.clear()
-        session.update(invitation=invitation, joining=new_token())
-    session["identities"] = identities
-    return to("/consent")
+        session.update(invitation=invitation, joining=new_token(), identities=identities)
+    elif not token:
+        session["identities"] = kept | identities
+    else:
+        if identities.keys() - kept.keys():
+            with site.database.write() as connection:
+                add_identities(connection, token, identities)
+        return to("/")
+    return to("/consent?from=link")
 
 
 @router.get("/consent")
-def consent(request: Request) -> Response:
+def consent(
+    request: Request, came_from: Annotated[str, Query(alias="from", max_length=10)] = ""
+) -> Response:
     """What the participant agrees to."""
+    if came_from == "link" and not request.session:
+        return page(request, "landing.html", without_cookies=True)
     if "participant" in request.session or "invitation" not in request.session:
         return to("/")
     return page(request, "consent.html")
@@ -98,6 +109,9 @@ def give_consent(
         error = "Please tick the box if you agree; without it you cannot take part."
         return page(request, "consent.html", 422, error=error)
     session = request.session
+    if session["identities"].get("assignmentId") == NOT_ACCEPTED:
+        error = "Please accept the task on Mechanical Turk first, and open this page from there."
+        return page(request, "consent.html", 409, error=error)
     invitation, token = session["invitation"], session["joining"]
     with site.database.write() as connection:
         join(connection, site.design, invitation, session["identities"], token, site.clock())
@@ -155,13 +169,18 @@ async def answer_questions(request: Request, site: TheSite) -> Response:
 
 def _fill_in(request: Request, site: Site, fields: dict[str, str]) -> Response:
     filled = read_form(site.design, fields)
-    with site.database.write() as connection:
-        person = person_at(request, connection, stages.QUESTIONS, to_write=True)
-        if not filled.errors:
-            store_questionnaire(connection, person, site.design, filled.values, site.clock())
-    if filled.errors:
-        return page(request, "questions.html", 422, values=fields, errors=filled.errors)
-    return to("/")
+    shown = {"values": fields, "errors": filled.errors}
+    try:
+        with site.database.write() as connection:
+            person = person_at(request, connection, stages.QUESTIONS, to_write=True)
+            if not filled.errors:
+                store_questionnaire(connection, person, site.design, filled.values, site.clock())
+    except NotStoredError as error:  # a page of its own would lose what was entered
+        note(request, error)
+        answer = page(request, "questions.html", 503, **shown, unstored=True)
+        answer.headers["Retry-After"] = RETRY_AFTER[503]
+        return answer
+    return page(request, "questions.html", 422, **shown) if filled.errors else to("/")
 
 
 @router.get("/thanks")
@@ -169,12 +188,14 @@ def thanks(request: Request, site: TheSite) -> Response:
     """The end, with the codes."""
     with site.database.read() as connection:
         person = person_at(request, connection, stages.DONE)
+        named = bool(identities_of(connection, session_token(request)))
     completion = site.design.completion
     return page(
         request,
         "thanks.html",
         code=completion.code or completion_code(person.code),
         withdrawal_code=person.code,
+        named=named,
         url=completion.url,
     )
 
@@ -198,9 +219,13 @@ def withdraw(
 ) -> Response:
     """Ask once more, then delete everything."""
     if confirm == "yes":
-        if not withdraw_everywhere(site.folder, site.database, code, site.clock()):
-            return page(request, "withdraw.html", 404, state="unknown", code=code)
-        return page(request, "withdraw.html", state="done", code=code)
+        try:
+            known = withdraw_everywhere(site.folder, site.database, by_code(code), site.clock())
+        except CopyLeftError as error:
+            note(request, error)
+            return page(request, "withdraw.html", state="left")
+        state, status = ("done", 200) if known else ("unknown", 404)
+        return page(request, "withdraw.html", status, state=state, code=code)
     with site.database.read() as connection:
         known = has_code(connection, code)
     state, status = ("confirm", 200) if known else ("unknown", 404)

@@ -74,8 +74,13 @@ def _elsewhere(request: Request, error: Exception) -> Response:
     return to(error.url)
 
 
-def _not_stored(request: Request, error: Exception) -> Response:
+def note(request: Request, error: Exception) -> None:
+    """Tell the researcher of something that a request could not do."""
     log.error("%s %s: %s", request.method, _route(request), error)
+
+
+def _not_stored(request: Request, error: Exception) -> Response:
+    note(request, error)
     return problem(request, 503, NOT_STORED)
 
 

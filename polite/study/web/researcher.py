@@ -11,7 +11,8 @@ from starlette.responses import Response
 from polite.study.errors import RefusedError
 from polite.study.export import export_zip
 from polite.study.invitations import MOST, invite, list_invitations
-from polite.study.reading import read_records
+from polite.study.reading import make_of_records, read_records
+from polite.study.records import StudyRecords
 from polite.study.summary import summarise
 from polite.study.web.site import OUR_FORM, TheSite, fingerprint, is_researcher, page, to
 from polite.types import PoliteError
@@ -90,14 +91,15 @@ def export_all(site: TheSite) -> Response:
     Raises:
         RefusedError: The study's folder does not fit them.
     """
-    with site.database.read() as connection:
-        records = read_records(connection)
-    try:
-        content = export_zip(site.folder, records)
-    except PoliteError as error:  # somebody has changed the folder since it was served
-        raise RefusedError(409, str(error)) from error
+
+    def pack(records: StudyRecords) -> bytes:
+        try:
+            return export_zip(site.folder, records)
+        except PoliteError as error:  # somebody has changed the folder since it was served
+            raise RefusedError(409, str(error)) from error
+
     return Response(
-        content,
+        make_of_records(site.database, pack),
         media_type="application/zip",
         headers={"Content-Disposition": 'attachment; filename="answers.zip"'},
     )

@@ -97,7 +97,7 @@ class BrowserRobot:
         choice = self.oracle.prefers(**shown)
         await expect(self.page.locator(f"#choice [data-choice={choice}]")).to_be_enabled()
         await self.page.keyboard.press(
-            {"left": "ArrowLeft", "right": "ArrowRight", "equal": "ArrowUp"}[choice]
+            {"left": "ArrowLeft", "right": "ArrowRight", "equal": "e"}[choice]
         )
         if choice != "equal" and await self.page.locator("#highlight").count():
             await self._mark(shown[choice])

@@ -7,6 +7,7 @@ import time
 
 import pytest
 import uvicorn
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect, sync_playwright
 from sqlalchemy import select, update
 
@@ -23,6 +24,14 @@ OPTIONS = (
 )
 PATIENCE = 20_000
 """How long a page may take [ms]; only a broken one does."""
+TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+TOO_SMALL = """
+[...document.querySelectorAll("button, .button, .radio, input[type=range], [role=slider]")]
+  .filter((element) => element.checkVisibility())
+  .map((element) => [element.textContent.trim(), element.getBoundingClientRect()])
+  .filter(([, box]) => box.height < 43.5 || box.width < 43.5)
+  .map(([text, box]) => `${text}: ${box.width} x ${box.height}`)
+"""
 
 
 class ServedStudy:
@@ -130,3 +139,11 @@ def a_visit(browser, served):
         context.close()
     left = [text for text in complaints if not any(part in text for part in visit.expected)]
     assert not left, left
+
+
+def check(page):
+    """No violation, nothing wider than the window, nothing too small for a finger."""
+    found = Axe().run(page).response["violations"]
+    assert not [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]
+    assert page.evaluate(TOO_WIDE) <= 0
+    assert not page.evaluate(TOO_SMALL)

@@ -6,7 +6,7 @@ from html import unescape
 from people import World, a_choice, answer_body
 from starlette.testclient import TestClient
 
-from polite.study.web.app import create_app
+from polite.study.web.app import cookie_name, create_app
 
 CSRF = re.compile(r'<meta name="csrf-token" content="([^"]+)">')
 
@@ -17,6 +17,7 @@ class Site(World):
     def __init__(self, folder, database, **settings) -> None:
         super().__init__(folder, database)
         self.folder = folder
+        self.cookie = cookie_name(folder.secrets.session_key)
         self.app = create_app(folder, database, clock=lambda: self.now, **settings)
         self.visitors = []
 
@@ -86,7 +87,7 @@ class Visitor:
         from base64 import b64decode
         from json import loads
 
-        cookie = self.client.cookies.get("study")
+        cookie = self.client.cookies.get(self.site.cookie)
         return loads(b64decode(cookie.split(".")[0])) if cookie else {}
 
     @property

@@ -52,7 +52,6 @@ def take_part(page, served, folder, suffix=""):
     visitor.heading("What stands out in the clip that you prefer?")
     visitor.touch_timeline(0.3, page.mouse.click)
     visitor.button("Bad passage").click()
-    page.locator("#highlight .timeline").scroll_into_view_if_needed()
     visitor.touch_timeline(0.7, page.mouse.click)
     save(page, folder, f"highlight{suffix}")
     visitor.button("Confirm").click()

@@ -317,7 +317,7 @@ def test_the_next_comparison_is_served_with_the_answer_but_not_after_practice(wo
 
 def test_a_participant_who_withdraws_while_answering(world, baseline):
     """Either the answer comes first and is deleted, or it is not stored: nothing is left."""
-    from polite.study.participants import withdraw
+    from polite.study.withdrawal import by_code, withdraw
 
     place = world.current(baseline)
     world.watch(baseline, place)
@@ -325,7 +325,7 @@ def test_a_participant_who_withdraws_while_answering(world, baseline):
 
     def leave():
         with world.database.write() as connection:
-            return withdraw(connection, person.code, world.now)
+            return withdraw(connection, by_code(person.code), world.now)
 
     first, *left = together(lambda: world.store(baseline, place, answer_form()), *[leave] * 3)
     assert sorted(left) == [False, False, True]

@@ -3,36 +3,22 @@
 import re
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from browsers import a_browser, a_served_study, a_visit, needs_browser  # noqa: F401
+from browsers import a_browser, a_served_study, a_visit, check, needs_browser  # noqa: F401
 from playwright.sync_api import expect
 from visitors import Visitor
 
 pytestmark = needs_browser
 DESKTOP = {"viewport": {"width": 1280, "height": 800}}
 NARROW = {"viewport": {"width": 320, "height": 640}, "has_touch": True, "is_mobile": True}
-TOO_WIDE = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
-TOO_SMALL = """
-[...document.querySelectorAll("button, .button, .radio, input[type=range], [role=slider]")]
-  .filter((element) => element.checkVisibility())
-  .map((element) => [element.textContent.trim(), element.getBoundingClientRect()])
-  .filter(([, box]) => box.height < 43.5 || box.width < 43.5)
-  .map(([text, box]) => `${text}: ${box.width} x ${box.height}`)
-"""
-
-
-def check(page):
-    """No violation, nothing wider than the window, nothing too small for a finger."""
-    found = Axe().run(page).response["violations"]
-    assert not [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]
-    assert page.evaluate(TOO_WIDE) <= 0
-    assert not page.evaluate(TOO_SMALL)
 
 
 @pytest.mark.parametrize("screen", [DESKTOP, NARROW], ids=["desktop", "narrow"])
 def test_participants_pages(visit, served, screen):
     visitor = Visitor(visit(**screen), served)
     page = visitor.page
+    page.goto("/consent?from=link")  # as if the link had left no cookie
+    visitor.heading("Your browser seems to keep no cookies")
+    check(page)
     page.goto("/")
     check(page)
     page.goto(served.invitation())

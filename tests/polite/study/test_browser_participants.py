@@ -8,6 +8,7 @@ from visitors import NAMES, Visitor
 pytestmark = needs_browser
 DESKTOP = {"viewport": {"width": 1280, "height": 800}}
 PHONE = {"viewport": {"width": 360, "height": 740}, "has_touch": True, "is_mobile": True}
+TABLET = {"viewport": {"width": 820, "height": 1180}, "has_touch": True, "is_mobile": True}
 
 
 def stored(row):
@@ -129,7 +130,7 @@ def test_highlights_by_keyboard_only(visit, served):
         expect(visitor.button("Equal")).to_be_enabled()
         keys.press(key)
 
-    answer("ArrowUp")
+    answer("e")
     visitor.heading("Most people")
     press(visitor.button("Continue"))
 
@@ -162,15 +163,15 @@ def test_highlights_by_keyboard_only(visit, served):
     keys.press("n")
     keys.press("Enter")
     visitor.at("Comparison 3 of 5")
-    answer("ArrowDown")
+    answer("c")
     visitor.at("Comparison 4 of 5")
     answer("ArrowRight")
     visitor.heading("What stands out")
     keys.press("Escape")
     visitor.heading("Which clip")
-    answer("ArrowUp")
+    answer("e")
     visitor.at("Comparison 5 of 5")
-    answer("ArrowUp")
+    answer("e")
 
     visitor.heading("A few questions")
     tab_to(page, page.get_by_label("1", exact=False).first)
@@ -196,7 +197,6 @@ def test_a_phone_with_a_finger(visit, served):
     visitor.practise()
     visitor.choose("left")
     visitor.heading("What stands out")
-    page.locator("#highlight .timeline").scroll_into_view_if_needed()
     visitor.touch_timeline(2.5 / 12, page.touchscreen.tap)
     expect(visitor.window("Good")).to_have_attribute("aria-valuenow", "0")
     finger = page.context.new_cdp_session(page)
@@ -219,6 +219,66 @@ def test_a_phone_with_a_finger(visit, served):
         visitor.choose("equal")
     visitor.fill_in()
     assert stored(visitor.answers[0]) == (1, "left", 6, None, False)
+
+
+def test_a_double_tap_on_an_answer_marks_nothing(visit, served):
+    """The timeline lies where the answer was; the page's clock stands still between the taps."""
+    visitor = Visitor(visit(**TABLET), served)
+    page = visitor.page
+    visitor.press = lambda locator: locator.tap()
+    visitor.begin("polite")
+    visitor.practise()
+    answer = visitor.button(NAMES["left"])
+    expect(answer).to_be_enabled()
+    page.clock.install()
+    page.clock.pause_at(page.evaluate("Date.now() + 1000"))
+    box = answer.bounding_box()
+    point = box["x"] + box["width"] / 2, box["y"] + 0.8 * box["height"]
+    page.touchscreen.tap(*point)
+    visitor.heading("What stands out")
+    below = page.locator("#highlight .timeline").bounding_box()
+    assert below["y"] < point[1] < below["y"] + below["height"]
+    page.touchscreen.tap(*point)
+    page.clock.run_for(499)
+    page.touchscreen.tap(*point)
+    page.clock.run_for(1)
+    visitor.touch_timeline(0.99, page.touchscreen.tap)
+    expect(visitor.window("Good")).to_have_attribute("aria-valuenow", "8")
+    visitor.button("Undo").tap()
+    expect(visitor.button("Undo")).to_be_disabled()
+
+
+def test_keys_work_at_once_in_the_highlight_step(visit, served):
+    visitor = Visitor(visit(**DESKTOP), served)
+    page = visitor.page
+    visitor.begin("polite")
+    visitor.practise()
+    expect(visitor.button(NAMES["left"])).to_be_enabled()
+    page.clock.install()
+    page.clock.pause_at(page.evaluate("Date.now() + 1000"))
+    for key in ("ArrowLeft", "b", "Enter"):
+        page.keyboard.press(key)
+    expect(page.locator("#highlight")).to_have_class("settling")
+    expect(visitor.window("Bad")).to_be_visible()
+
+
+def test_keys_that_scroll_scroll_and_answer_nothing(visit, served):
+    visitor = Visitor(visit(viewport={"width": 1280, "height": 400}), served)
+    page = visitor.page
+    visitor.begin("baseline")
+    heading = page.locator("#choice h1")
+    page.evaluate("scrollTo(0, 0)")
+    for watched in (False, True):
+        if watched:
+            expect(visitor.button("Equal")).to_be_enabled()
+        for _ in range(10):
+            page.keyboard.press("ArrowDown")
+        expect(heading).not_to_be_in_viewport()
+        for _ in range(10):
+            page.keyboard.press("ArrowUp")
+        expect(heading).to_be_in_viewport()
+    visitor.at("Practice 1 of 1")
+    assert not served.answers(visitor.record.number)
 
 
 def test_arrows_answer_after_the_mouse_has_used_a_control(visit, served):
@@ -253,7 +313,7 @@ def test_scrubbing_is_not_watching(visit, served, watched):
     expect(visitor.button("Equal")).to_be_disabled()
     page.keyboard.press("u")
     page.locator("#choice h1").focus()
-    page.keyboard.press("ArrowUp")  # too early
+    page.keyboard.press("e")  # too early
     expect(page.locator("#live")).to_have_text("Please watch both clips to the end first.")
     visitor.at("Practice 1 of 1")
     assert not served.answers(visitor.record.number)

@@ -1,12 +1,14 @@
 """Reloads, second thoughts, two tabs, withdrawal and a server that is down, in a real browser."""
 
+import json
 import re
 
-from browsers import a_browser, a_served_study, a_visit, needs_browser  # noqa: F401
+from browsers import a_browser, a_served_study, a_visit, check, needs_browser  # noqa: F401
 from playwright.sync_api import expect
 from visitors import NAMES, Visitor
 
 from polite.study import schema
+from polite.study.database import NotStoredError
 
 pytestmark = needs_browser
 
@@ -132,6 +134,32 @@ def test_an_answer_outlives_a_server_that_is_down(visit, served):
     visitor.at("Comparison 3 of 5")
     found = [(row.place, row.revision, row.choice, row.good) for row in visitor.answers]
     assert found == [(1, 1, "left", 0), (2, 1, "equal", None)]
+
+
+def test_a_questionnaire_that_is_not_stored_can_be_sent_again(visit, served, monkeypatch):
+    def locked(*_):
+        raise NotStoredError("locked")
+
+    visit.expected.append("503")
+    visitor = Visitor(visit(), served)
+    page = visitor.page
+    visitor.join()
+    served.put_at(visitor.record.number, "questions")
+    page.goto("/questions")
+    page.get_by_label("4", exact=True).click()
+    page.get_by_label("another").click()
+    page.get_by_label("Anything else?").fill("What only I can write.")
+    with monkeypatch.context() as busy:
+        busy.setattr("polite.study.web.pages.store_questionnaire", locked)
+        visitor.button("Send and finish").click()
+        expect(page.get_by_role("alert")).to_contain_text("Your answers are not stored yet")
+    assert not served.rows(schema.questionnaires)
+    check(page)
+    visitor.button("Send and finish").click()
+    visitor.heading("Thank you")
+    (row,) = served.rows(schema.questionnaires)
+    said = {"demanding": 4.0, "group": "another", "comment": "What only I can write."}
+    assert json.loads(row.content) == said
 
 
 def test_withdrawal_deletes_everything(visit, served):

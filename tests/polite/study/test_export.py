@@ -90,6 +90,7 @@ def test_answers_have_a_row_for_each_revision_of_everybody(exported):
             assert row["consent_version"] == "'=1+1"
             assert float(row["received_at"]) == given_answer.received_at
             assert float(row["client_answered_at"]) == given_answer.client_answered_at
+            assert (row["choice_seconds"], row["decision_seconds"]) == ("2.0", "5.0")
             assert (row["excluded"] == "true") == (someone.finished_at is None)
     first = by_place["1", "1"]
     assert [first[f"segment_{side}"] for side in ("left", "right", "preferred")] == ["0", "1", "0"]

@@ -13,12 +13,12 @@ from polite.study.participants import (
     STILL_HERE,
     clean_code,
     completion_code,
-    has_code,
     hashed,
     invitation_is_open,
     join,
 )
 from polite.study.reading import read_records
+from polite.study.withdrawal import has_code
 from polite.types import InvalidValueError
 
 pytest_plugins = ["servers"]

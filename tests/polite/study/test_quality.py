@@ -17,6 +17,7 @@ from polite.study.quality import (
     TOO_FAST,
     answered,
     catch_results,
+    choice_seconds,
     decision_seconds,
     exclusion,
     fast_share,
@@ -95,8 +96,28 @@ def test_decisions_are_timed_by_the_page_if_that_can_be():
     assert decision_seconds(answer(1, received_at=5.0)) is None
 
 
-def hasty(place, choice="left"):
-    return answer(place, choice, client_answered_at=1015.5 + 100.0 * place)
+def test_choices_are_timed_as_decisions_are_but_without_marking():
+    marking = {"client_watched_at": 10.0, "client_answered_at": 18.0}
+    marked = answer(1, **marking, client_chosen_at=11.0)
+    assert (choice_seconds(marked), decision_seconds(marked)) == (1.0, 8.0)
+    for impossible in (9.0, 99.0, None):
+        assert choice_seconds(answer(1, **marking, client_chosen_at=impossible)) == 5.0
+    assert choice_seconds(answer(1, client_watched_at=None)) == 5.0
+    assert choice_seconds(answer(1, client_watched_at=None, watched_at=None)) is None
+    assert choice_seconds(answer(1, received_at=5.0)) is None
+
+
+def hasty(place, choice="left", marking=0.0):
+    chosen_at = 1015.5 + 100.0 * place
+    return answer(place, choice, client_chosen_at=chosen_at, client_answered_at=chosen_at + marking)
+
+
+def test_equal_haste_excludes_in_both_conditions(design):
+    """Marking passages takes time, and only one condition is asked for it."""
+    asked = {"baseline": 0.0, "polite": 4.0}
+    for condition, marking in asked.items():
+        quick = [hasty(place, marking=marking) for place in (1, 2)]
+        assert exclusion(person(1, *quick, condition=condition), design) == (TOO_FAST,)
 
 
 def test_share_of_fast_answers_leaves_out_practice(design):
@@ -110,9 +131,10 @@ def test_share_of_fast_answers_leaves_out_practice(design):
 def test_a_quick_change_of_mind_is_no_haste(design):
     """The clips were watched before, and the page's clock begins anew when it is reopened."""
     changed = answer(1, "right", revision=2, client_watched_at=2000.0, client_answered_at=2000.5)
-    later = replace(changed, received_at=2001.0)
+    later = replace(changed, client_chosen_at=2000.5, received_at=2001.0)
     assert fast_share(person(1, answer(1), later), design) == 0.0
-    assert fast_share(person(1, hasty(1), replace(later, client_answered_at=2090.0)), design) == 1.0
+    slow = replace(later, client_chosen_at=2090.0, client_answered_at=2090.0)
+    assert fast_share(person(1, hasty(1), slow), design) == 1.0
 
 
 def test_left_rate_is_of_expressed_preferences():

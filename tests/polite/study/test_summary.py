@@ -88,7 +88,7 @@ def test_times(design):
     rows = cells(design, records, "Times")
     assert rows["seconds an answer"] == ("20.0 [15.0, 20.0]", "–")
     assert rows["of these, after watching"][0] == "5.0 [2.8, 5.0]"
-    assert rows["faster than 1 s after watching"][0].endswith("(1/3)")
+    assert rows["chosen less than 1 s after watching"][0].endswith("(1/3)")
     assert rows["minutes in total"][0] == "30.0 [30.0, 30.0]"
     assert rows["minutes to the last comparison"][0] == "6.3 [6.3, 6.3]"  # (1320 − 940) / 60
 

@@ -3,6 +3,7 @@
 import csv
 import io
 import zipfile
+from http.cookiejar import DefaultCookiePolicy
 
 import pytest
 from people import answer_body, row_counts, rows
@@ -68,6 +69,7 @@ def test_a_whole_participant(both, condition):
     code = visitor.person.code
     assert thanks.url.path == "/thanks"
     assert code in thanks.text and completion_code(code) in thanks.text
+    assert "Nobody can find your answers for you without it." in thanks.text
     (row,) = rows(both.database, schema.participants, number=visitor.person.number)
     assert row["finished_at"] == both.now and row["stage"] == "done"
     assert row_counts(both.database)["questionnaires"] == 1
@@ -120,6 +122,25 @@ def test_without_an_invitation_every_page_leads_to_the_door(site, url):
     assert page.url.path == "/" and "You need an invitation" in page.text
 
 
+def test_a_browser_that_keeps_no_cookies_is_told_so(site):
+    """And is not sent in a circle to a page that asks for an invitation."""
+    (link,) = site.invite(cap=1)
+    visitor = site.visitor()
+    visitor.client.cookies.jar.set_policy(DefaultCookiePolicy(allowed_domains=[]))
+    page = visitor.load(f"/join/{link}")
+    assert page.status_code == 200 and not visitor.session
+    text = " ".join(page.text.split())
+    assert "seems to keep no cookies" in text and "open your invitation link again" in text
+    assert "You need an invitation" not in text
+
+
+def test_the_consents_address_alone_is_no_invitation(site):
+    visitor = site.visitor()
+    visitor.load("/")
+    page = visitor.load("/consent?from=link")
+    assert page.url.path == "/" and "You need an invitation" in page.text
+
+
 def test_a_link_that_is_opened_creates_nobody(site):
     """Programs look at links in advance."""
     (link,) = site.invite(cap=1)
@@ -146,11 +167,11 @@ def test_the_first_answer_to_the_consent_may_be_lost(site):
     (link,) = site.invite(cap=1)
     visitor = site.visitor()
     visitor.load(f"/join/{link}")
-    cookie = visitor.client.cookies["study"]
+    cookie = visitor.client.cookies[site.cookie]
     fields = {"version": site.design.consent.version, "agree": "yes"}
     visitor.post("/consent", **fields)
     number = visitor.person.number
-    visitor.client.cookies.set("study", cookie, domain="testserver.local")
+    visitor.client.cookies.set(site.cookie, cookie, domain="testserver.local")
     assert visitor.session.get("participant") is None
     assert visitor.load(f"/join/{link}").url.path == "/consent"
     assert visitor.post("/consent", **fields).headers["location"] == "/"

@@ -145,7 +145,7 @@ def test_cookies_are_out_of_reach_of_scripts_and_of_other_sites(open_site, sqlit
 
 def test_a_cookie_that_was_changed_is_no_session(site):
     victim, visitor = site.participant(), site.participant()
-    cookie = visitor.client.cookies["study"]
+    cookie = visitor.client.cookies[site.cookie]
     content, rest = cookie.split(".", 1)
     forged = b64encode(b64decode(content).replace(visitor.token.encode(), victim.token.encode()))
     for value in (
@@ -157,10 +157,10 @@ def test_a_cookie_that_was_changed_is_no_session(site):
         "null.",
         f"{cookie}x",
     ):
-        visitor.client.cookies.set("study", value, domain="testserver.local", path="/")
+        visitor.client.cookies.set(site.cookie, value, domain="testserver.local", path="/")
         assert visitor.get("/api/state").status_code == 401
         assert visitor.get("/compare").headers["location"] == "/"
-    visitor.client.cookies.set("study", cookie, domain="testserver.local", path="/")
+    visitor.client.cookies.set(site.cookie, cookie, domain="testserver.local", path="/")
     assert visitor.get("/api/state").status_code == 200
 
 
@@ -170,8 +170,19 @@ def test_a_cookie_of_another_study_is_no_session(site, open_site, study_folder, 
     object.__setattr__(study_folder, "secrets", secrets)
     other = open_site(sqlite_database)
     stranger = other.visitor()
-    stranger.client.cookies.set("study", visitor.client.cookies["study"])
+    stranger.client.cookies.set(other.cookie, visitor.client.cookies[site.cookie])
     assert stranger.get("/api/state").status_code == 401
+
+
+def test_two_studies_on_one_host_do_not_lock_each_other_out(site, open_site, study_folder):
+    """Browsers send a host's cookies to all of its ports."""
+    secrets = type(study_folder.secrets)("k" * 40, "t" * 40)
+    object.__setattr__(study_folder, "secrets", secrets)
+    one, other = site.participant(), open_site(site.database).visitor()
+    other.client.cookies.update(one.client.cookies)
+    other.join()
+    one.client.cookies.update(other.client.cookies)
+    assert other.load("/").url.path == "/guide" and one.load("/").url.path == "/compare"
 
 
 def test_every_kind_of_answer_carries_the_headers(site):
@@ -432,7 +443,7 @@ def test_a_new_token_ends_the_researchers_sessions(site, open_site, study_folder
     secrets = study_folder.secrets
     object.__setattr__(study_folder, "secrets", type(secrets)(secrets.session_key, "t" * 40))
     again = open_site(site.database).visitor()
-    again.client.cookies.set("study", researcher.client.cookies["study"])
+    again.client.cookies.set(site.cookie, researcher.client.cookies[site.cookie])
     assert again.get("/researcher/export.zip").status_code == 403
     assert "For the researcher" in again.load("/researcher").text
 

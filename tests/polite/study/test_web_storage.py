@@ -1,5 +1,6 @@
 """What participants see while the database cannot store, and that nothing is lost by it."""
 
+import re
 import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -36,6 +37,15 @@ def assert_refused_for_now(answer) -> None:
     assert "cannot store anything just now. Please try again" in answer.text
 
 
+def assert_kept(visitor, **fields: str) -> None:
+    """The questionnaire is not stored, and is shown again with what was filled in."""
+    page = visitor.post("/questions", **fields)
+    assert page.status_code == 503 and int(page.headers["retry-after"]) >= 1
+    assert "Your answers are not stored yet" in page.text and "send it again" in page.text
+    assert re.search(r'name="demanding" value="3"[^>]* checked>', page.text)
+    assert f">{fields['comment']}</textarea>" in page.text
+
+
 def test_a_locked_database(open_site, impatient, sqlite_path):
     site = open_site(impatient)
     visitor, url, body = an_answer(site)
@@ -49,7 +59,8 @@ def test_a_locked_database(open_site, impatient, sqlite_path):
             answer = visitor.send(url, body)
             assert_refused_for_now(answer)
             assert answer.json().keys() == {"message"}
-        assert_refused_for_now(filling.post("/questions", **FILLED_IN))
+        assert_kept(filling, **FILLED_IN)
+        assert_kept(filling, **(FILLED_IN | {"group": ""}))
         assert_refused_for_now(joining.post("/consent", version="1", agree="yes"))
         code = visitor.person.code
         assert_refused_for_now(visitor.post("/withdraw", code=code, confirm="yes"))
@@ -78,7 +89,7 @@ def test_a_full_disk(open_site, sqlite_database):
         most["pages"] = connection.exec_driver_sql("PRAGMA page_count").scalar()
 
     long = FILLED_IN | {"comment": "I have much to say. " * 240}
-    assert_refused_for_now(filling.post("/questions", **long))
+    assert_kept(filling, **long)
     many = {"kind": "personal", "number": "10000"}
     assert_refused_for_now(researcher.post("/researcher/invitations", **many))
     assert row_counts(site.database) == before
@@ -125,6 +136,7 @@ def test_postgresql_is_stopped_amid_an_answer(open_site, postgresql_database, po
 def test_no_server_at_all(open_site, postgresql_database, postgresql_server, monkeypatch):
     site = open_site(postgresql_database)
     visitor, url, body = an_answer(site)
+    researcher = site.researcher()
 
     @event.listens_for(postgresql_database.engine, "do_connect")
     def nobody_listens(dialect, record, arguments, settings) -> None:
@@ -136,6 +148,7 @@ def test_no_server_at_all(open_site, postgresql_database, postgresql_server, mon
     for _ in range(2):
         assert_refused_for_now(visitor.send(url, body))
         assert visitor.get("/compare").status_code == 503
+        assert researcher.get("/researcher/export.zip").status_code == 503
     gone.clear()
     assert visitor.send(url, body).json()["stored"]
 

@@ -1,18 +1,25 @@
 import json
+import os
+import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 
 import pytest
 from people import World, row_counts, rows
 from sqlalchemy import event
 
+import polite.cli
+import polite.study.export
 from polite.study import schema
+from polite.study.commands import Export
+from polite.study.database import Database, sqlite_url
 from polite.study.errors import RefusedError
 from polite.study.invitations import list_invitations
 from polite.study.participants import find
 from polite.study.questionnaire import store_questionnaire
 from polite.study.reading import read_records
-from polite.study.withdrawal import EXPORT, withdraw_everywhere
+from polite.study.withdrawal import EXPORT, CopyLeftError, by_code, withdraw_everywhere
 
 pytest_plugins = ["servers"]
 
@@ -35,7 +42,7 @@ def finish(world, token: str, comment: str = SECRET) -> None:
 
 
 def withdraw(world, folder, code: str) -> bool:
-    return withdraw_everywhere(folder, world.database, code, world.now)
+    return withdraw_everywhere(folder, world.database, by_code(code), world.now)
 
 
 def everything_of(world, number: int) -> list[dict]:
@@ -149,6 +156,163 @@ def test_the_studys_own_export_goes_too(world, tmp_path):
     (tmp_path / EXPORT / "answers.csv").write_text(SECRET)
     assert withdraw(world, tmp_path, world.person(world.join()).code)
     assert not (tmp_path / EXPORT).exists()
+
+
+@pytest.fixture
+def stubborn(monkeypatch):
+    """A file of this name cannot be removed, by anybody."""
+    unlink = os.unlink
+
+    def refuse(path, **where):
+        if os.fspath(path).endswith("open elsewhere.csv"):
+            raise PermissionError(13, "Permission denied", path)
+        unlink(path, **where)
+
+    monkeypatch.setattr(os, "unlink", refuse)
+
+
+def an_export(folder):
+    """The study's own export, with a file that the researcher has put there."""
+    (folder / EXPORT / "data").mkdir(parents=True)
+    for name in ("answers.csv", "open elsewhere.csv", "data/answers.jsonl"):
+        (folder / EXPORT / name).write_text(SECRET)
+    return folder / EXPORT
+
+
+def test_a_copy_that_cannot_be_removed_is_not_passed_over(world, tmp_path, stubborn):
+    export, token = an_export(tmp_path), world.join()
+    number, code = world.person(token).number, world.person(token).code
+    message = f"all that is stored is deleted, but {export} could not be removed .Permission denied"
+    with pytest.raises(CopyLeftError, match=message):
+        withdraw(world, tmp_path, code)
+    assert everything_of(world, number) == []
+    assert [path.name for path in export.iterdir()] == ["open elsewhere.csv"]
+    assert not withdraw(world, tmp_path, code)
+
+
+def test_an_export_that_is_kept_elsewhere_is_not_passed_over(world, tmp_path):
+    """`export` can lead to a folder that many use; we delete nothing there."""
+    (tmp_path / "shared").mkdir()
+    (tmp_path / EXPORT).symlink_to(tmp_path / "shared")
+    with pytest.raises(CopyLeftError, match=r"could not be removed .*symbolic link"):
+        withdraw(world, tmp_path, world.person(world.join()).code)
+
+
+def test_the_page_says_so_and_the_researcher_is_told(site, stubborn, caplog):
+    visitor, export = site.participant("done"), an_export(site.folder.path)
+    code, number = visitor.person.code, visitor.person.number
+    visitor.load("/withdraw")
+    page = visitor.post("/withdraw", code=code, confirm="yes")
+    assert page.status_code == 200
+    text = " ".join(page.text.split())
+    assert "What is stored of you is deleted, but a copy" in text
+    assert f"Please write to {site.design.contact}" in text
+    assert "Everything that you answered is deleted" not in text
+    assert everything_of(site, number) == []
+    (said,) = (record for record in caplog.records if record.name == "polite.study")
+    assert said.levelname == "ERROR" and f"{export} could not be removed" in said.getMessage()
+    assert code not in caplog.text
+
+
+def test_the_command_says_what_to_delete_by_hand(study_folder, stubborn, monkeypatch, capsys):
+    export = an_export(study_folder.path)
+    with opened(study_folder) as world:
+        code = world.person(world.join()).code
+    said = run_command(monkeypatch, capsys, study_folder.path, code)
+    assert f"{export} could not be removed (Permission denied); delete it by hand" in said
+
+
+@contextmanager
+def opened(folder):
+    """The database of the study's folder, which the commands use."""
+    database = Database(sqlite_url(folder.database_path))
+    database.migrate()
+    yield World(folder, database)
+    database.close()
+
+
+def run_command(monkeypatch, capsys, *arguments, fails=True) -> str:
+    """What `polite study withdraw` prints."""
+    monkeypatch.setattr(sys, "argv", ["polite", "study", "withdraw", *map(str, arguments)])
+    if not fails:
+        polite.cli.main()
+        return capsys.readouterr().out
+    with pytest.raises(SystemExit) as stopped:
+        polite.cli.main()
+    assert stopped.value.code == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("how", [["--identity", f"PROLIFIC_PID={PANEL}"], ["--participant", "2"]])
+def test_somebody_who_has_lost_their_code_can_be_deleted(study_folder, monkeypatch, capsys, how):
+    with opened(study_folder) as world:
+        world.join(PROLIFIC_PID=f"{PANEL}2", STUDY_ID="s")
+        world.join(PROLIFIC_PID=PANEL, STUDY_ID="s")
+        world.join()
+    assert "deleted" in run_command(monkeypatch, capsys, study_folder.path, *how, fails=False)
+    assert "nobody has" in run_command(monkeypatch, capsys, study_folder.path, *how)
+    with opened(study_folder) as world:
+        left = [row["number"] for row in rows(world.database, schema.participants)]
+    assert left == [1, 3]
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ([], "expected one of CODE, --identity and --participant"),
+        (["AAAA", "--participant", "1"], "expected one of CODE, --identity and --participant"),
+        (["--identity", "workerId"], "--identity: expected NAME=VALUE with a name of PROLIFIC_PID"),
+        (["--identity", "name=Ada"], "--identity: expected NAME=VALUE with a name of PROLIFIC_PID"),
+        (["--identity", "hitId="], "--identity: expected NAME=VALUE with a name of PROLIFIC_PID"),
+        (["--identity", "workerId=nobody"], "nobody has workerId=nobody"),
+        (["--participant", "7"], "nobody has the number 7"),
+        (["--identity", "STUDY_ID=s"], "participants 1, 2 are meant; give the number of one"),
+    ],
+)
+def test_who_is_meant_must_be_clear(study_folder, monkeypatch, capsys, how, message):
+    with opened(study_folder) as world:
+        for name in "ab":
+            world.join(PROLIFIC_PID=name, STUDY_ID="s")
+        before = row_counts(world.database)
+        assert message in run_command(monkeypatch, capsys, study_folder.path, *how)
+        assert row_counts(world.database) == before
+
+
+def test_who_withdraws_while_an_export_is_written_is_not_in_it(study_folder, monkeypatch):
+    def write(folder, records, out):
+        seen.append([person.number for person in records.participants])
+        made = export(folder, records, out)
+        if len(seen) == 1:
+            assert withdraw(world, folder, codes[0])
+        return made
+
+    export, seen = polite.study.export.export, []
+    monkeypatch.setattr(polite.study.export, "export", write)
+    paying = study_folder.path / "paying.csv"
+    with opened(study_folder) as world:
+        tokens = [world.join(PROLIFIC_PID=f"{PANEL}{n}") for n in (1, 2)]
+        codes = [world.person(token).code for token in tokens]
+        out = Export(folder=study_folder.path, identities=paying).run()
+    assert seen == [[1, 2], [2]]
+    assert out == study_folder.path / EXPORT
+    table = (out / "participants.csv").read_text("utf-8").splitlines()
+    assert [line.split(",")[0] for line in table] == ["participant", "2"]
+    assert f"{PANEL}1" not in paying.read_text("utf-8")
+
+
+def test_nor_in_the_one_of_the_researchers_page(site, monkeypatch):
+    def pack(folder, records):
+        seen.append(len(records.participants))
+        if len(seen) == 1:
+            assert withdraw(site, folder, code)
+        return export_zip(folder, records)
+
+    export_zip, seen = polite.study.export.export_zip, []
+    monkeypatch.setattr("polite.study.web.researcher.export_zip", pack)
+    code = site.participant("guide").person.code
+    site.participant("guide")
+    assert site.researcher().get("/researcher/export.zip").status_code == 200
+    assert seen == [2, 1]
 
 
 def test_their_block_is_free_again_and_their_number_is_not(world, tmp_path):

@@ -70,8 +70,11 @@ class Visitor:
         return self.page.get_by_role("slider", name=f"{name} passage")
 
     def touch_timeline(self, share, press):
-        """Press the timeline at a share of its width, in the strip's middle."""
-        box = self.page.locator("#highlight .timeline").bounding_box()
+        """Press the timeline at a share of its width, in the strip's middle, once it listens."""
+        timeline = self.page.locator("#highlight .timeline")
+        expect(self.page.locator("#highlight")).not_to_have_class("settling")
+        timeline.scroll_into_view_if_needed()
+        box = timeline.bounding_box()
         press(box["x"] + share * box["width"], box["y"] + box["height"] / 2)
 
     def practise(self):

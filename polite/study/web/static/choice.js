@@ -11,11 +11,12 @@ export const WORDS = {
   incomparable: "cannot compare",
 };
 
+/** Arrows up and down scroll, so they answer nothing. */
 const KEYS = {
   ArrowLeft: "left",
   ArrowRight: "right",
-  ArrowUp: "equal",
-  ArrowDown: "incomparable",
+  e: "equal",
+  c: "incomparable",
 };
 
 export class ChoiceStep {

@@ -6,6 +6,9 @@ import { Marks, NAMES } from "./marks.js";
 import { mayMove, Player } from "./player.js";
 import { Timeline } from "./timeline.js";
 
+/** The second tap of a double one on the answer before comes within this time [ms]. */
+const SETTLING = 500;
+
 const SIDES = { left: "A – left", right: "B – right" };
 
 export class HighlightStep {
@@ -36,6 +39,7 @@ export class HighlightStep {
     this.controls.show(trial.speeds);
     this.root.querySelector('[data-show="which"]').textContent = `${SIDES[side]} (you prefer it)`;
     this.#show();
+    this.#settle();
     if (mayMove()) this.player.play();
   }
 
@@ -67,6 +71,13 @@ export class HighlightStep {
     };
     acts[key]?.();
     return key in acts;
+  }
+
+  /** The timeline lies where the answers were: let no tap through that was meant for one of them. */
+  #settle() {
+    clearTimeout(this.settling);
+    this.root.classList.add("settling");
+    this.settling = setTimeout(() => this.root.classList.remove("settling"), SETTLING);
   }
 
   #bind() {
