@@ -76,14 +76,16 @@ class CorridorConfig:
     goal_z: float = _number(12.0, -100.0, 100.0, varies=True)
     """The anchor of the end goal [m]."""
     intermittent_radius: float = _number(0.8, 0.1, 5.0)
-    """The intermittent goal is collected when the robot's centre is this close [m]."""
+    """The intermittent goal is collected when the robot's centre is this close [m], by the way
+    through the doorway where its wall lies between."""
     goal_radius: float = _number(1.0, 0.1, 5.0)
-    """The end goal is reached when the robot's centre is this close [m]."""
+    """The end goal is reached when the robot's centre is this close [m], by the same way."""
     anchor_jitter: float = _number(2.0, 0.0, 10.0, varies=True)
     """Goals, and the places around which the first three people walk, are drawn within this
     distance of their anchors on each axis [m]; further people walk anywhere."""
     num_humans: int = _count(3, 0, 12)
-    """How many people there are; the first three have the paper's anchors z = -10, 5 and 8."""
+    """How many people there are; the first three of those who walk start around the paper's anchors
+    z = -10, 5 and 8, the others anywhere."""
     doorway_width: float = _number(0.0, 0.0, 40.0)
     """Width of an opening in a wall across the corridor [m]; 0 is no such wall."""
     doorway_z: float = _number(2.0, -100.0, 100.0)
@@ -158,13 +160,13 @@ class CorridorConfig:
     intermittent_reward: float = _number(0.5, 0.0, 1000.0)
     """Paid once, on the step that collects the intermittent goal."""
     collision_penalty: float = _number(1.0, 0.0, 1000.0)
-    """Taken when robot and person, or robot and wall, touch after `contact_memory` in which this
-    kind of contact was none; whoever ran into whom."""
+    """Taken when robot and person, or robot and wall, touch after `contact_memory` without a
+    contact of that kind, whoever ran into whom."""
     contact_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken on each further step in contact."""
     contact_memory: float = _number(0.5, 0.0, 60.0)
-    """A contact this soon after the last one of its kind (people, walls) is the same collision [s];
-    at 0 each step is one."""
+    """A contact with a person this soon after one with the same or another person is no new
+    collision, nor is one with a wall this soon after one with a wall [s]; at 0 each step is one."""
     proximity_penalty: float = _number(0.02, 0.0, 1000.0)
     """Taken per step and person at touching distance; falls linearly to 0 at `personal_space`."""
     personal_space: float = _number(1.2, 0.0, 10.0)
@@ -178,7 +180,7 @@ class CorridorConfig:
     terminate_on_goal: bool = _switch(True)
     """End the episode when the end goal is reached."""
     terminate_on_collision: bool = _switch(True)
-    """End the episode at a collision."""
+    """End the episode at a collision: when robot and person, or robot and wall, touch."""
 
     def __post_init__(self) -> None:
         """Check every field's kind and range, then the fields against each other."""

@@ -100,7 +100,7 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
     |---|---|
     | `reward_goal` | `goal_reward` (1), once, on the step that reaches the end goal |
     | `reward_intermittent` | `intermittent_reward` (0.5), once, when it is collected |
-    | `reward_collision` | -`collision_penalty` (1) when a contact begins after `contact_memory` (0.5 s) without any, -`contact_penalty` (0.02) on each further step in contact |
+    | `reward_collision` | -`collision_penalty` (1) when robot and person, or robot and wall, touch after `contact_memory` (0.5 s) without a contact of that kind, whoever ran into whom; -`contact_penalty` (0.02) on each further step in contact |
     | `reward_proximity` | -`proximity_penalty` (0.02) times 1 - d / `personal_space`, for each person whose distance d, surface to surface, is less than that (1.2 m) |
     | `reward_progress` | `progress_weight` (0.2) times the metres by which the remaining path got shorter; the path leads via the intermittent goal until that is collected or passed, so passing it by drops the detour at once |
     | `reward_control` | -`control_penalty` (0.001) times the sum of the squared shares of top speed and top turn rate |
@@ -352,7 +352,8 @@ class SocialCorridorEnv(gym.Env[FloatArray, FloatArray]):
             qvel: (nv,) their derivatives.
 
         Raises:
-            ValueError: A wrong shape, or a number that is not finite.
+            ValueError: A wrong shape, a number that is not finite, a centre outside the walls, or a
+                speed at which a physics step could take a body into a wall.
         """
         self.world.place(0, bodies_from(qpos, qvel, self.world.state.bodies[0]))
 

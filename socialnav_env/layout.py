@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from socialnav_env.config import ConfigError, CorridorConfig
+from socialnav_env.config import CorridorConfig
 from socialnav_env.kernels import BoolArray, FloatArray
-from socialnav_env.standing import draw_formation
+from socialnav_env.standing import STANDING, draw_formation, no_room
 from socialnav_env.start import NUM_WAYPOINTS, draw_start, start_parameters
 
 STARTS = 50
-"""Whole starts to draw before a corridor is found too small: the first people may block it."""
+"""Whole starts to draw before a corridor is found too small: the robot or the first people may
+block it."""
 DOWN_THE_CORRIDOR = math.pi
 """Facing of a walking person who has been stopped [rad]."""
 
@@ -61,7 +62,7 @@ def draw_layout(config: CorridorConfig, rng: np.random.Generator) -> Layout:
         waits=np.zeros(count, dtype=np.bool_),
         facings=np.full(count, DOWN_THE_CORRIDOR),
     )
-    stand = count > 0 and config.walking in ("group", "queue")
+    stand = count > 0 and config.walking in STANDING
     for _ in range(STARTS):
         fits = draw_start(
             start_parameters(config),
@@ -73,22 +74,19 @@ def draw_layout(config: CorridorConfig, rng: np.random.Generator) -> Layout:
             layout.speeds,
             layout.sides,
         )
-        if fits or stand:
-            break
-    if stand:
-        _stand(layout, config, rng)
-    elif not fits:
-        raise ConfigError(
-            f"num_humans={count}: no free place found in a corridor of half_length="
-            f"{config.half_length:g}, half_width={config.half_width:g}; use fewer people or more "
-            "room"
-        )
-    return layout
+        if stand:
+            fits = _stand(layout, config, rng)
+        if fits:
+            return layout
+    raise no_room(config)
 
 
-def _stand(layout: Layout, config: CorridorConfig, rng: np.random.Generator) -> None:
-    """Let the people stand instead of walking."""
+def _stand(layout: Layout, config: CorridorConfig, rng: np.random.Generator) -> bool:
+    """Let the people stand instead of walking; False if the robot is in the way."""
     formation = draw_formation(config, layout.robot[:2], rng)
+    if formation is None:
+        return False
     layout.waypoints[:] = formation.waypoints
     layout.people[:, :2], layout.people[:, 2:] = formation.waypoints[:, 0], 0.0
     layout.waits[:], layout.facings[:] = True, formation.facings
+    return True

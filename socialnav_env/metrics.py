@@ -36,8 +36,8 @@ METRICS = {
     "acceleration_max": "largest |a_t| [m/s^2]",
     "jerk_mean": "J: mean of |a_t - a_(t-1)| / dt, from the second step on (Francis) [m/s^3]",
     "jerk_max": "largest of these [m/s^3]",
-    "path_irregularity": "sum of |change of the robot's heading| / PL, 0 while PL is 0 (Francis) "
-    "[rad/m]",
+    "path_irregularity": "sum of |change of the robot's heading| / PL; 0 where PL is 0, and left "
+    "out of tables then (Francis) [rad/m]",
     "intimate_share": "share of steps with the nearest person closer than 0.45 m, surface to "
     "surface (Hall, HuNavSim)",
     "personal_share": "the same for 0.45 to 1.2 m (Hall, HuNavSim)",
@@ -61,6 +61,8 @@ TIME_HORIZON = 10.0
 """Longest time to collision that is told apart [s]."""
 INTIMATE, PERSONAL, SOCIAL = 0.45, 1.2, 3.6
 """Ends of the bands of distance, surface to surface [m] (Hall 1966; HuNavSim)."""
+NO_PATH = 1e-9
+"""A path that is no longer is none [m]."""
 NO_ONE = 1000.0
 """`min_human_distance` in a corridor without people [m]: finite, so that JSON can hold it."""
 
@@ -261,7 +263,7 @@ def summarise(
         row[15] = tally[ACC_MAX]
         row[16] = tally[JERK_SUM] / max(tally[JERKS], 1.0)
         row[17] = tally[JERK_MAX]
-        row[18] = tally[TURNED] / tally[PATH] if tally[PATH] > 1e-9 else 0.0
+        row[18] = tally[TURNED] / tally[PATH] if tally[PATH] > NO_PATH else 0.0
         row[19] = tally[INTIMATE_STEPS] / steps
         row[20] = tally[PERSONAL_STEPS] / steps
         row[21] = tally[SOCIAL_STEPS] / steps

@@ -15,6 +15,8 @@ GROUP_SIZE, TALKING_GAP = 4, 0.6
 """People in one conversation at most, and the gap between neighbours, surface to surface [m]."""
 QUEUE_GAP = 0.4
 """Gap between people in a queue, surface to surface [m]."""
+STANDING = ("group", "queue")
+"""Settings of `walking` with which people stand."""
 QUEUE_TO_WALL = 0.6
 """Gap between a queue and the wall that it stands along, surface to surface [m]."""
 
@@ -32,9 +34,20 @@ class Formation:
     facings: FloatArray
 
 
+def no_room(config: CorridorConfig) -> ConfigError:
+    """The error of a corridor that is too small for its people."""
+    stands = config.walking in STANDING
+    lacking = f"no room for a {config.walking}" if stands else "no free place found"
+    return ConfigError(
+        f"num_humans={config.num_humans}: {lacking} in a corridor of "
+        f"half_length={config.half_length:g}, half_width={config.half_width:g}; use fewer people "
+        "or more room"
+    )
+
+
 def draw_formation(
     config: CorridorConfig, robot: FloatArray, rng: np.random.Generator
-) -> Formation:
+) -> Formation | None:
     """People who stand in conversation or in a queue, as `config.walking` says.
 
     Args:
@@ -42,19 +55,24 @@ def draw_formation(
         robot: (2,) where the robot starts.
         rng: The corridor's generator.
 
+    Returns:
+        None where the robot is in the way.
+
     Raises:
-        ConfigError: The corridor is too small for its people.
+        ConfigError: The corridor is too small for its people, wherever the robot starts.
     """
     draw = _draw_groups if config.walking == "group" else _draw_queue
+    any_fits = False
     for _ in range(PLACING_TRIES):
         formation = draw(config, rng)
-        if _fits(config, formation.waypoints[:, 0], robot):
+        people = formation.waypoints[:, 0]
+        fits = _fits(config, people)
+        if fits and _clear_of(config, people, robot):
             return formation
-    raise ConfigError(
-        f"num_humans={config.num_humans}: no room for a {config.walking} in a corridor of "
-        f"half_length={config.half_length:g}, half_width={config.half_width:g}; use fewer people "
-        "or more room"
-    )
+        any_fits = any_fits or fits
+    if any_fits:
+        return None
+    raise no_room(config)
 
 
 def _draw_groups(config: CorridorConfig, rng: np.random.Generator) -> Formation:
@@ -88,8 +106,8 @@ def _draw_queue(config: CorridorConfig, rng: np.random.Generator) -> Formation:
     return Formation(waypoints, facings)
 
 
-def _fits(config: CorridorConfig, people: FloatArray, robot: FloatArray) -> bool:
-    """Whether all stand inside, clear of walls, of the robot and of each other."""
+def _fits(config: CorridorConfig, people: FloatArray) -> bool:
+    """Whether all stand inside, clear of walls and of each other."""
     size = np.array([config.half_length, config.half_width])
     clear = np.abs(people) + config.human_radius + WALL_CLEARANCE <= size
     if config.doorway_width > 0.0:
@@ -97,7 +115,11 @@ def _fits(config: CorridorConfig, people: FloatArray, robot: FloatArray) -> bool
         clear[:, 0] &= np.abs(people[:, 0] - config.doorway_z) >= margin
     gaps = np.linalg.norm(people[:, None] - people, axis=-1) - 2.0 * config.human_radius
     np.fill_diagonal(gaps, np.inf)
-    to_robot = np.linalg.norm(people - robot, axis=1) - config.human_radius - config.robot_radius
     apart = gaps.min(initial=np.inf) >= min(TALKING_GAP, QUEUE_GAP) - 1e-9
-    far = to_robot.min(initial=np.inf) >= START_CLEARANCE
-    return bool(clear.all() and apart and far)
+    return bool(clear.all() and apart)
+
+
+def _clear_of(config: CorridorConfig, people: FloatArray, robot: FloatArray) -> bool:
+    """Whether all stand clear of the robot."""
+    gaps = np.linalg.norm(people - robot, axis=1) - config.human_radius - config.robot_radius
+    return bool(gaps.min(initial=np.inf) >= START_CLEARANCE)

@@ -209,17 +209,9 @@ class World:
             bodies: (1 + H, 6) z, x, angle, velocity z, x, angular; the robot first.
 
         Raises:
-            ValueError: A centre lies outside the outer walls.
+            ValueError: A centre lies outside the outer walls, or a body is too fast for them.
         """
-        size = np.array([self.config.half_length, self.config.half_width])
-        outside = np.abs(bodies[:, :2]) > size
-        if outside.any():
-            i, axis = np.argwhere(outside)[0].tolist()
-            who = "the robot" if i == 0 else f"person {i - 1}"
-            raise ValueError(
-                f"{'zx'[axis]} of {who} is {bodies[i, axis]:g}: expected at most {size[axis]:g} "
-                "from the middle, inside the walls"
-            )
+        _check_bodies(bodies, self.config)
         state = self.state
         state.bodies[n] = bodies
         # A jump is no progress and no path.
@@ -237,3 +229,31 @@ class World:
         """
         self.state.assign(state)
         summarise(self.state.tallies, self.state.flags, self._metrics, self.metrics)
+
+
+def _check_bodies(bodies: FloatArray, config: CorridorConfig) -> None:
+    """Raise ValueError unless (1 + H, 6) bodies lie inside the walls, slow enough to stay there."""
+    size = np.array([config.half_length, config.half_width])
+    outside = np.abs(bodies[:, :2]) > size
+    if outside.any():
+        i, axis = np.argwhere(outside)[0].tolist()
+        raise ValueError(
+            f"{'zx'[axis]} of {_name(i)} is {bodies[i, axis]:g}: expected at most {size[axis]:g} "
+            "from the middle, inside the walls"
+        )
+    radii = np.full(len(bodies), config.human_radius)
+    radii[0] = config.robot_radius
+    # Whoever is pushed may be as fast as the one who pushes.
+    fastest = np.maximum(radii / config.timestep, max(config.robot_speed, config.human_top_speed))
+    speeds = np.hypot(bodies[:, 3], bodies[:, 4])
+    if (speeds > fastest).any():
+        i = int(np.argmax(speeds > fastest))
+        raise ValueError(
+            f"{_name(i)} moves at {speeds[i]:g} m/s: expected at most {fastest[i]:g}, or one "
+            "physics step could take it into a wall or through a person"
+        )
+
+
+def _name(i: int) -> str:
+    """Whom row `i` of the bodies is about."""
+    return "the robot" if i == 0 else f"person {i - 1}"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from socialnav_env.metrics import METRICS, NO_ONE, TIME_HORIZON
+from socialnav_env.metrics import METRICS, NO_ONE, NO_PATH, TIME_HORIZON
 
 CONFIDENCE = 0.95
 """Share of such intervals that hold the true mean."""
@@ -181,5 +181,5 @@ def _tells(name: str, episode: Mapping[str, float]) -> bool:
     if name in ABOUT_PEOPLE and episode["min_human_distance"] == NO_ONE:
         return False
     if name == "path_irregularity":
-        return episode["path_length"] > 0
+        return episode["path_length"] > NO_PATH
     return name != "min_time_to_collision" or episode[name] < TIME_HORIZON

@@ -116,7 +116,10 @@ def test_equal_seeds_give_equal_episodes_in_another_process():
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_the_reward_is_exactly_the_sum_of_its_terms(settings):
     for _, reward, _, _, info in episode(make(**settings), 0):
-        assert reward == sum(info[name] for name in TERMS)
+        total = 0.0
+        for name in TERMS:  # one after the other; from Python 3.12 on `sum` rounds less than that
+            total += info[name]
+        assert reward == total
         assert [name for name in info if name.startswith("reward_")] == list(TERMS)
 
 
@@ -363,18 +366,6 @@ def test_keys_drive_the_robot():
 def test_the_key_codes_are_pygames():
     names = {name: name.upper() if len(name) > 1 else name for name in CODES}
     assert {name: getattr(pygame, f"K_{names[name]}") for name in CODES} == CODES
-
-
-def test_the_reward_is_its_terms_added_one_after_the_other():
-    env = make(scenario="crowded", **LENIENT)
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    for _ in range(300):
-        _, reward, _, _, info = env.step(env.action_space.sample())
-        total = 0.0
-        for name in TERMS:  # Python's own sum compensates for rounding from 3.12 on
-            total = total + info[name]
-        assert reward == total
 
 
 # --- pictures ------------------------------------------------------------------------------------

@@ -289,3 +289,19 @@ def test_people_who_block_the_corridor_are_placed_anew():
     )
     for seed in range(300):  # one drawing would fail for some of these
         draw_layout(tight, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize(
+    "tight",
+    [
+        {"walking": "queue", "half_length": 7.4, "half_width": 2.2, "human_radius": 0.37,
+         "robot_radius": 0.98, "num_humans": 9},
+        {"walking": "group", "half_length": 7.0, "half_width": 2.5, "human_radius": 0.48,
+         "robot_radius": 0.46, "num_humans": 10},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_a_robot_that_blocks_the_corridor_is_placed_anew(tight):
+    config = CorridorConfig(start_z=-3.0, intermittent_z=0.0, goal_z=3.0, timestep=0.01, **tight)
+    for seed in range(12):  # one place of the robot would not do for some of these
+        draw_layout(config, np.random.default_rng(seed))

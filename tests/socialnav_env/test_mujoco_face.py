@@ -75,6 +75,38 @@ def test_a_bad_state_is_named_and_changes_nothing(env, name, bad):
     np.testing.assert_array_equal(env.state_vector(), before)
 
 
+@pytest.mark.parametrize(
+    ("entry", "who"), [(0, "the robot"), (1, "the robot"), (4, "person 0"), (7, "person 2")]
+)
+def test_a_speed_that_could_take_a_body_through_a_wall_is_an_error(env, entry, who):
+    before, qvel = env.state_vector(), np.zeros(9)
+    qvel[entry] = 50.0
+    with pytest.raises(ValueError, match=f"{who} moves at 50 m/s: expected at most 6, or"):
+        env.set_state(env.data.qpos, qvel)
+    np.testing.assert_array_equal(env.state_vector(), before)
+    qvel[entry] = 5.9
+    env.set_state(env.data.qpos, qvel)
+
+
+@pytest.mark.parametrize("people", [0, 6])
+def test_a_state_in_contact_is_taken_back_whatever_the_timestep(people):
+    """At the longest timestep a small robot is pushed by fast people against walls."""
+    made = gym.make(
+        "SocialCorridor-v0", num_humans=people, robot_radius=0.1, timestep=0.12, frame_skip=1,
+        half_length=5.0, half_width=1.5, start_z=-3.0, intermittent_z=0.0, goal_z=3.0,
+        reactive=False,
+    ).unwrapped  # fmt: skip
+    made.reset(seed=0)
+    made.action_space.seed(0)
+    touched, action = 0.0, made.action_space.sample()
+    for t in range(600):
+        if t % 20 == 0:
+            action = made.action_space.sample()
+        touched = made.step([1.0, action[1]])[4]["wall_collisions"]
+        made.set_state(made.data.qpos, made.data.qvel)
+    assert touched > 20
+
+
 def test_time_and_control(env):
     assert env.data.time == 0.0
     env.step([3.0, -0.25])

@@ -98,8 +98,9 @@ def test_whom_nobody_approached_had_no_time_to_collision():
     assert MetricsTable.of(episodes)["min_human_distance"].n == 3
 
 
-def test_whoever_did_not_move_has_no_path_that_could_be_irregular():
-    still = episode(path_irregularity=0.0, path_length=0.0)
+@pytest.mark.parametrize("length", [0.0, 1e-12])
+def test_whoever_did_not_move_has_no_path_that_could_be_irregular(length):
+    still = episode(path_irregularity=0.0, path_length=length)
     moved = episode(path_irregularity=0.5, path_length=2.0)
     row = MetricsTable.of([still, moved])["path_irregularity"]
     assert (row.mean, row.n) == (0.5, 1)

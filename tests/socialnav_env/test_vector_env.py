@@ -282,7 +282,7 @@ def test_only_corridors_that_end_begin_anew():
     assert ended.tolist() == info["_final_obs"].tolist() == [False, True, False]
     final = info["final_info"]
     assert final["wall_collisions"].tolist() == [0.0, 1.0, 0.0]
-    assert rewards[1] == sum(final[name][1] for name in TERMS)
+    assert rewards[1] == np.sum([final[name][1] for name in TERMS])
     np.testing.assert_array_less(before[[0, 2], 0, 0], world.state.bodies[[0, 2], 0, 0])
     assert world.state.time[[0, 2]].min() > 0.0 == world.state.time[1]
 
