@@ -81,12 +81,12 @@ def _row(env: str, queries: int, name: str, own: Trials, baseline: Trials) -> di
     row: dict[str, Any] = {"env": env, "queries": queries, "candidate": name, "n": len(own)}
     for share in ("positive", "negative"):
         row[share] = as_json(as_array([trial["answers"][share] for trial in own]).mean())
-    pairs = ((own, baseline), (baseline, own))
+    paired = _of_seeds(own, baseline), _of_seeds(baseline, own)
     for stage in STAGES:
         row[stage] = {
             measure: _measure(
                 _values(own, stage, measure),
-                *(_values(_of_seeds(one, other), stage, measure) for one, other in pairs),
+                *(_values(trials, stage, measure) for trials in paired),
             )
             for measure in MEASURES
         }

@@ -52,7 +52,7 @@ def stored(part: Mapping[str, Any], mean: str = "mean", unit: str = "") -> str:
     return estimate(Estimate(*values), unit)
 
 
-def over_seeds(values: Any, unit: str = "", *, share: bool = False) -> str:
+def over_seeds(values: Any, *, share: bool = False) -> str:
     """Mean and 95% t interval of one number a seed; missing ones are left out.
 
     Where all seeds have one value it is said so: their t interval would have no width. That of a
@@ -64,10 +64,10 @@ def over_seeds(values: Any, unit: str = "", *, share: bool = False) -> str:
         return "–"
     found = mean_interval(array)
     if array.size > 1 and np.ptp(array) == 0.0:
-        return f"{number(found.mean)}{f'{NBSP}{unit}' if unit else ''} (all {array.size})"
+        return f"{number(found.mean)} (all {array.size})"
     if share and array.size > 1:
         found = replace(found, low=max(found.low, 0.0), high=min(found.high, 1.0))
-    return estimate(found, unit)
+    return estimate(found)
 
 
 def percent(value: Estimate) -> str:
