@@ -36,12 +36,9 @@ ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
 """Methods that learn from no preference: the preference loss does not touch them, so that runs
 under one loss serve comparisons under any."""
 SHUFFLED, EQUAL_UPDATES = "shuffled", "equal-updates"
-ENSEMBLE, ENSEMBLE_ENDS, DECAYING = "ensemble", "ensemble-ends", "decaying"
-TRAININGS: Final = (SHUFFLED, EQUAL_UPDATES, ENSEMBLE, ENSEMBLE_ENDS, DECAYING)
+TRAININGS: Final = (SHUFFLED, EQUAL_UPDATES)
 """Variants of the training: highlights that say nothing; as many updates of the reward model
-whatever the budget; five reward models in place of one, and clips that an early end may cut short
-as well; answers until the training ends. Their env is the plain one, and so are its floor and its
-ceiling."""
+whatever the budget. Their env is the plain one, and so are its floor and its ceiling."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 

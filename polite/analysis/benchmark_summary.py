@@ -15,9 +15,6 @@ from polite.analysis.aggregate import (
 )
 from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
-    DECAYING,
-    ENSEMBLE,
-    ENSEMBLE_ENDS,
     EQUAL_UPDATES,
     HIGHLIGHTED,
     NAMES,
@@ -41,21 +38,15 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _BASELINES: Final = [Wanted("preferences", queries) for queries in (800, 262)]
-_VARIANTS: Final = (ENSEMBLE, ENSEMBLE_ENDS, DECAYING)
 _UPDATED: Final = [which._replace(variant=EQUAL_UPDATES) for which in _BASELINES]
 CONTROLS: Final = (
     (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
     *((Wanted("polite", 200), control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
     (_UPDATED[0], _UPDATED[1]),
-    *((Wanted("polite", 200, variant), Wanted("polite", 200)) for variant in _VARIANTS),
-    *((Wanted("polite", 200, v), baseline) for v in _VARIANTS for baseline in _BASELINES),
-    *((baseline._replace(variant=v), baseline) for v in _VARIANTS for baseline in _BASELINES),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal; what five reward models, clips that show the ends, and
-answers until the training ends do to POLITE and to the baseline; POLITE with them against the
-baseline without."""
+more answers do once the updates are equal."""
 
 
 def summarise(

@@ -16,9 +16,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from polite.analysis.benchmark_records import (
-    DECAYING,
-    ENSEMBLE,
-    ENSEMBLE_ENDS,
     EQUAL_UPDATES,
     HIGHLIGHTED,
     PAIRWISE,
@@ -46,9 +43,6 @@ UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
-PLAIN, BAR = ("",), ("", ENSEMBLE, ENSEMBLE_ENDS, DECAYING)
-"""Variants in which our form is judged: against its controls, and against its bar. Both sides have
-an ensemble, or clips that show the ends, or answers until the training ends, or neither has."""
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
 NO_WORSE = (
@@ -80,15 +74,15 @@ class Rule:
     """What the env's name begins with; empty for a claim about any env."""
     kind: Kind = "emergent"
     """Under the paper's own conditions."""
-    own_variants: tuple[str, ...] = ()
-    """If any, it is about our form under the pairwise loss alone, in these variants."""
+    own: bool = False
+    """Whether it is about our form, under the pairwise loss and without a variant, alone."""
     first_seed: int = 0
     """Runs of lower seeds are left out: for seeds that were added after others had been read."""
 
     def applies(self, env: str, condition: Condition) -> bool:
         """Whether the claim is about this env under this condition."""
-        own = condition.loss == PAIRWISE and condition.highlights not in (PAPER_FORM, None)
-        meant = not self.own_variants or (own and condition.variant in self.own_variants)
+        ours = condition.highlights not in (PAPER_FORM, None) and not condition.variant
+        meant = not self.own or (ours and condition.loss == PAIRWISE)
         return env.startswith(self.env) and meant
 
     @property
@@ -292,7 +286,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, BASELINE_800),
         _no_worse(BASELINE_800),
         kind="comparison",
-        own_variants=BAR,
+        own=True,
     ),
     Rule(
         "bar-equal-effort",
@@ -302,7 +296,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, BASELINE_262),
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
-        own_variants=BAR,
+        own=True,
     ),
     Rule(
         "bar-equal-effort-anew",
@@ -315,7 +309,7 @@ RULES: Final[tuple[Rule, ...]] = (
         _above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         env="Walker2d",
         kind="comparison",
-        own_variants=PLAIN,
+        own=True,
         first_seed=10,
     ),
     Rule(
@@ -337,7 +331,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, SHUFFLED_200),
         _above(f"POLITE-200 minus {label(*SHUFFLED_200)}", POLITE_200, SHUFFLED_200),
         kind="comparison",
-        own_variants=PLAIN,
+        own=True,
     ),
     Rule(
         "control-fewer-queries",
@@ -347,7 +341,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, UPDATED_800),
         _no_worse(UPDATED_800),
         kind="comparison",
-        own_variants=PLAIN,
+        own=True,
     ),
     Rule(
         "control-equal-effort",
@@ -357,7 +351,7 @@ RULES: Final[tuple[Rule, ...]] = (
         (POLITE_200, UPDATED_262),
         _above(f"POLITE-200 minus {label(*UPDATED_262)}", POLITE_200, UPDATED_262),
         kind="comparison",
-        own_variants=PLAIN,
+        own=True,
     ),
 )
 """What the paper says of the two envs, what it does not compare, and what we ask of ourselves."""

@@ -6,13 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from polite.analysis.benchmark_records import (
-    DECAYING,
-    ENSEMBLE,
-    ENSEMBLE_ENDS,
-    PAPER_FORM,
-    Condition,
-)
+from polite.analysis.benchmark_records import PAPER_FORM, Condition
 from polite.report.html import Markup, element, join
 from polite.report.tables import badge
 from polite.report.words import NBSP, number, stored
@@ -20,13 +14,6 @@ from polite.report.words import NBSP, number, stored
 Results = Mapping[str, Any]
 
 HEADLINE = ("POLITE-200", "baseline-800")
-BAR_QUESTIONS: Mapping[str, str] = {
-    "": "Does our own form of the highlights meet its bar?",
-    ENSEMBLE: "And where POLITE and the baseline both have five reward models, not one?",
-    ENSEMBLE_ENDS: "And where, besides, clips may be cut short by an episode's early end?",
-    DECAYING: "And where both are asked, and their models trained, until the very end?",
-}
-"""The variants in which our form is judged against its bar."""
 HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 """Verdicts on what the paper does not claim."""
 
@@ -37,14 +24,8 @@ def benchmark_findings(results: Results) -> Markup:
         element("p", _tally(results)),
         element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
         _list(_headlines(results), "No env has two runs of both yet: undecided."),
-        *(
-            part
-            for variant, question in BAR_QUESTIONS.items()
-            for part in (
-                element("h3", question),
-                _list(_judged(results, "bar-", variant), "No such cell is finished or planned."),
-            )
-        ),
+        element("h3", "Does our own form of the highlights meet its bar?"),
+        _list(_judged(results, "bar-"), "No such cell is finished or planned."),
         element("h3", "Is it what highlights say, or how much the reward model is trained?"),
         _list(_judged(results, "control-"), "The controls are neither finished nor planned."),
         element("h3", "What do highlights buy at equal queries?"),
@@ -112,10 +93,10 @@ def _headlines(results: Results) -> Iterator[Markup]:
         yield element("li", where, text)
 
 
-def _judged(results: Results, group: str, variant: str = "") -> Iterator[Markup]:
-    """The claims of a variant whose names begin so, with each part that is judged."""
+def _judged(results: Results, group: str) -> Iterator[Markup]:
+    """The claims whose names begin so, with each part that is judged."""
     for claim in results["claims"]:
-        if claim["id"].startswith(group) and claim["variant"] == variant:
+        if claim["id"].startswith(group):
             text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
             judged = [part for part in claim["parts"] if part["verdict"] != "shown"]
             numbers = "; ".join(f"{p['what']}: {stored(p, 'measured')}" for p in judged)

@@ -97,9 +97,6 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
             runs.append(synthetic_run("polite", 200, form="choice", variant="shuffled", **place))
             equal = {"variant": "equal-updates", **place}
             runs += [synthetic_run("preferences", q, **equal) for q in (262, 800)]
-            five = {"variant": "ensemble", **place}
-            runs += [synthetic_run("preferences", q, **five) for q in (262, 800)]
-            runs.append(synthetic_run("polite", 200, form="choice", **five))
             if seed < 3:
                 runs += [synthetic_run("pebble", q, steps=STEPS // 4, **place) for q in (200, 400)]
         free = {"env": env, "variant": "no-termination"}

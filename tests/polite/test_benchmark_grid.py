@@ -20,19 +20,6 @@ CONTROLS = (
     ("polite-200", "choice", "shuffled"),
     ("preferences-800", None, "equal-updates"),
     ("preferences-262", None, "equal-updates"),
-    ("polite-200", "choice", "ensemble"),
-    ("preferences-262", None, "ensemble"),
-    ("preferences-800", None, "ensemble"),
-)
-ENDS = (
-    ("polite-200", "choice", "ensemble-ends"),
-    ("preferences-262", None, "ensemble-ends"),
-    ("preferences-800", None, "ensemble-ends"),
-)
-DECAYING = (
-    ("polite-200", "choice", "decaying"),
-    ("preferences-262", None, "decaying"),
-    ("preferences-800", None, "decaying"),
 )
 HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
 
@@ -61,9 +48,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"steps": 1000},
         {"variant": "no-termination"},
         {"variant": "shuffled"},
-        {"variant": "ensemble"},
-        {"variant": "ensemble-ends"},
-        {"variant": "decaying"},
+        {"variant": "equal-updates"},
         {"seed": 1},
     ],
 )
@@ -109,7 +94,7 @@ def test_everything_that_was_asked_for_is_in_the_grid() -> None:
         assert (label, "pairwise", None, "", quarter) in cells
     assert ("highlights-400", "pairwise", "paper", "", million) in cells
     assert ("polite-200", "pairwise", "choice", "no-termination", million) in cells
-    for label, form, variant in (*CONTROLS, *DECAYING):
+    for label, form, variant in CONTROLS:
         assert (label, "pairwise", form, variant, million) in cells
     headline = {run.seed for run in planned("fast") if run == replace(HEADLINE, seed=run.seed)}
     assert headline == set(range(10))
@@ -153,16 +138,11 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
 
 
 def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
-    runs = chosen(variant=("shuffled", "equal-updates", "ensemble", "ensemble-ends", "decaying"))
+    runs = chosen(variant=("shuffled", "equal-updates"))
     assert runs == [run for run in grid("fast")[1] if run.variant]
     envs = ("Walker2d-v5", "HalfCheetah-v5")
     cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
-    expected = []
-    for seed in range(5):
-        expected += [(env, *cell, seed) for cell in CONTROLS for env in envs]
-        expected += [("Walker2d-v5", *cell, seed) for cell in ENDS]  # the other has no early end
-        expected += [(env, *cell, seed) for cell in DECAYING for env in envs]
-    assert cells == expected
+    assert cells == [(env, *c, seed) for seed in range(5) for c in CONTROLS for env in envs]
     plain = chosen(stage=(2,), method=("preferences-262",), variant=("none",))
     assert {run.variant for run in plain} == {""} and len(plain) == 10
 
@@ -177,7 +157,7 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"highlights": ("best",)}, "highlights: .*best"),
         (
             {"variant": ("no",)},
-            "variant: .*ensemble-ends, equal-updates, no-termination, none, shuffled; got no",
+            "variant: .*equal-updates, no-termination, none, shuffled; got no",
         ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],

@@ -53,7 +53,7 @@ from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.run_folder import claim_folder
 from polite.files import write_json
 from polite.methods.presets import PRESETS
-from polite.methods.schedules import EqualUpdates, Schedule, decaying_rate
+from polite.methods.schedules import EqualUpdates
 from polite.types import (
     FIRST,
     SECOND,
@@ -247,9 +247,6 @@ def test_records_without_settings_can_be_stamped(folder: Path) -> None:
         {"variant": "no-termination"},
         {"variant": "shuffled"},
         {"variant": "equal-updates"},
-        {"variant": "ensemble"},
-        {"variant": "ensemble-ends"},
-        {"variant": "decaying"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -463,9 +460,6 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
             changes: dict[str, dict[str, Any]] = {
                 "shuffled": {},
                 "equal-updates": {"schedule": EqualUpdates(reference=200)},
-                "ensemble": {"members": 5},
-                "ensemble-ends": {"members": 5, "schedule": Schedule(show_ends=True)},
-                "decaying": {"schedule": Schedule(interval=0.05, strategy=decaying_rate)},
             }
             assert config == replace(plain, **changes[run.variant])
 
@@ -475,9 +469,6 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
     [
         ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
         ({"variant": "equal-updates", "method": "polite-pebble"}, "trainings by PPO"),
-        ({"variant": "ensemble", "method": "polite-pebble"}, "trainings by PPO"),
-        ({"variant": "ensemble-ends", "method": "polite-pebble"}, "trainings by PPO"),
-        ({"variant": "decaying", "method": "polite-pebble"}, "trainings by PPO"),
     ],
 )
 def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], says: str) -> None:

@@ -265,80 +265,17 @@ def test_controls_are_compared_in_pairs_and_scored_by_the_plain_env() -> None:
     assert other["normalised"]["mean"] is None  # that env has a ceiling of its own
 
 
-def with_ensembles(
-    polite: float, baseline_800: float, baseline_262: float, **where: Any
-) -> Records:
-    """POLITE-200 at 800 in our form and its baselines, and the same with ensembles."""
-    ours: dict[str, Any] = {"form": "choice", **where}
-    five = {P200: polite, B800: baseline_800, B262: baseline_262}
-    return [
-        *cells({P200: 800.0, B800: 500.0, B262: 700.0}, **ours),
-        *cells(five, variant="ensemble", **ours),
-    ]
-
-
-@pytest.mark.parametrize(
-    ("levels", "expected"),
-    [
-        ((900.0, 890.0, 700.0), ["reproduced", "reproduced"]),
-        ((600.0, 900.0, 900.0), ["not reproduced", "not reproduced"]),
-        ((900.0, 890.0, 902.0), ["reproduced", "undecided"]),
-    ],
-)
-def test_with_ensembles_the_bar_is_met_by_ensembles_against_ensembles(
-    levels: tuple[float, float, float], expected: list[str]
-) -> None:
-    claims = judge_benchmark(with_ensembles(*levels))
-    found = {(claim["id"], claim["variant"]): claim for claim in claims}
-    bars = [found[f"bar-{name}", "ensemble"] for name in ("fewer-queries", "equal-effort")]
-    assert [claim["verdict"] for claim in bars] == expected
-    polite, most, fewer = levels
-    gaps = (polite - most, polite - fewer)
-    assert [c["parts"][0]["measured"] for c in bars] == pytest.approx(gaps)
-    assert found["bar-equal-effort", ""]["measured"] == pytest.approx(100)
-    # The controls are about one reward model, and have no runs here.
-    assert not any(identifier.startswith("control-") for identifier, _ in found)
-
-
-def test_without_runs_of_ensembles_their_bar_names_what_is_missing() -> None:
-    plain = cells({P200: 800.0, B800: 500.0, B262: 700.0}, form="choice")
-    assert {claim["variant"] for claim in judge_benchmark(plain)} == {""}
-    plan = [record["run"] for record in with_ensembles(900.0, 890.0, 700.0)]
-    (claim,) = (
-        claim
-        for claim in judge_benchmark(plain, plan)
-        if (claim["id"], claim["variant"]) == ("bar-equal-effort", "ensemble")
-    )
-    assert claim["verdict"] == "undecided"
-    assert claim["missing"] == ["POLITE-200: 0 of 5 runs", "baseline-262: 0 of 5 runs"]
-    released = with_ensembles(900.0, 890.0, 700.0, loss="released")
-    assert not any(claim["id"].startswith("bar-") for claim in judge_benchmark(released))
-
-
-def test_ensembles_are_compared_with_single_models_and_scored_by_the_plain_env() -> None:
-    records = with_ensembles(900.0, 890.0, 750.0)
-    results = summarise(records + cells({("untrained", 0): 0.0, ("ground-truth", 0): 1000.0}))
-    found = {
-        (row["first"], row["second"]): row["difference"]["mean"]
-        for row in results["comparisons"]
-        if "," in row["first"] + row["second"]
+def test_our_bar_is_about_our_form_without_a_variant_under_the_pairwise_loss() -> None:
+    levels = {P200: 800.0, B800: 500.0, B262: 700.0}
+    records = cells(levels, form="choice")
+    bars = [c for c in judge_benchmark(records) if c["id"].startswith("bar-")]
+    assert {(c["id"], c["verdict"]) for c in bars} >= {
+        ("bar-fewer-queries", "reproduced"),
+        ("bar-equal-effort", "reproduced"),
     }
-    assert found == pytest.approx(
-        {
-            ("POLITE-200, ensemble", "POLITE-200"): 100.0,
-            ("POLITE-200, ensemble", "baseline-800"): 400.0,
-            ("POLITE-200, ensemble", "baseline-262"): 200.0,
-            ("baseline-800, ensemble", "baseline-800"): 390.0,
-            ("baseline-262, ensemble", "baseline-262"): 50.0,
-        }
-    )
-    scored = {
-        cell["label"]: cell["normalised"]["mean"]
-        for cell in results["cells"]
-        if cell["variant"] == "ensemble"
-    }
-    expected = {"POLITE-200": 0.9, "baseline-800": 0.89, "baseline-262": 0.75}
-    assert scored == pytest.approx(expected)
+    for elsewhere in ({"variant": "no-termination"}, {"loss": "released"}, {"form": "paper"}):
+        others = cells(levels, **{"form": "choice", **elsewhere})
+        assert not any(c["id"].startswith("bar-") for c in judge_benchmark(others))
 
 
 def test_losses_and_forms_are_judged_apart() -> None:

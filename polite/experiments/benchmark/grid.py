@@ -32,11 +32,7 @@ class Run:
     variant: str = ""
     """"" or another way to train. "no-termination": the env ends no episode that has gone wrong.
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
-    the reward model gets as many gradient updates after each session as with 200 queries.
-    "ensemble": the mean of five reward models pays the policy. "ensemble-ends": that, and clips
-    may be cut short by an episode's early end, so that answers say what it costs. "decaying": a
-    quarter of the queries before the training, the rest until it ends, in 20 sessions; so the
-    reward model is updated more often as well."""
+    the reward model gets as many gradient updates after each session as with 200 queries."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -175,9 +171,8 @@ _SMOKE: Final[Mapping[str, Any]] = {
     "steps": 12_288,
     "envs": ("Walker2d-v5",),
 }
-_ENDS: Final[Mapping[str, Any]] = {"variant": "ensemble-ends", "envs": ("Walker2d-v5",)}
-"""Walker2d alone: HalfCheetah has no early end, so that nothing would change."""
 _FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}
+"""Walker2d alone: HalfCheetah has no early end, so that nothing would change."""
 
 GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
     "smoke": (
@@ -219,15 +214,6 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("polite", 200, form="choice", variant="shuffled"),
                     *_cell("preferences", 800, variant="equal-updates"),
                     *_cell("preferences", 262, variant="equal-updates"),
-                    *_cell("polite", 200, form="choice", variant="ensemble"),
-                    *_cell("preferences", 262, variant="ensemble"),
-                    *_cell("preferences", 800, variant="ensemble"),
-                    *_cell("polite", 200, form="choice", **_ENDS),
-                    *_cell("preferences", 262, **_ENDS),
-                    *_cell("preferences", 800, **_ENDS),
-                    *_cell("polite", 200, form="choice", variant="decaying"),
-                    *_cell("preferences", 262, variant="decaying"),
-                    *_cell("preferences", 800, variant="decaying"),
                     *_cell("polite", 100, form="choice"),
                     *_cell("polite", 400, form="choice"),
                     *_cell("preferences", 525),

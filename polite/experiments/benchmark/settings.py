@@ -19,7 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import RANDOM_SEGMENTS, MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
-from polite.methods.schedules import LATER, SCHEDULES, EqualUpdates
+from polite.methods.schedules import LATER, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
@@ -32,15 +32,8 @@ VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
     "no-termination": {"terminate_when_unhealthy": False},
     "shuffled": {},
     "equal-updates": {},
-    "ensemble": {},
-    "ensemble-ends": {},
-    "decaying": {},
 }
 """Keywords of the env in each variant."""
-ENSEMBLES: Final = ("ensemble", "ensemble-ends")
-"""Variants with several reward models."""
-ENSEMBLE_MEMBERS: Final = 5
-"""Reward models of each of them."""
 EQUAL_UPDATES: Final = 200
 """The budget whose number of updates the variant "equal-updates" copies: the headline's."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
@@ -64,7 +57,6 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         steps=run.steps,
         schedule=_schedule(run),
         net=preset.net,
-        members=ENSEMBLE_MEMBERS if run.variant in ENSEMBLES else 1,
         training=preset.training,
         ppo=preset.ppo,
     )
@@ -75,9 +67,7 @@ def _schedule(run: Run) -> Schedule:
     epochs = SMOKE if run.preset == "smoke" else {}
     if run.variant == "equal-updates":
         return EqualUpdates(reference=EQUAL_UPDATES, **epochs)
-    if run.variant == "decaying":
-        return replace(SCHEDULES["decaying"], **epochs)
-    return Schedule(**epochs, show_ends=run.variant == "ensemble-ends")
+    return Schedule(**epochs)
 
 
 def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
@@ -86,7 +76,7 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.variant in ("equal-updates", "decaying", *ENSEMBLES):
+    if run.variant == "equal-updates":
         raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     preset = env_preset(run)
     config = pebble_config(
