@@ -54,13 +54,15 @@ class Report:
 
     def run(self) -> Path:
         """Draw; returns the report's path."""
-        from polite.experiments.benchmark.page import holds_grid, report_grid
-        from polite.report.offline import holds_bench, report_bench
+        from polite.experiments.benchmark.page import GRID, report_grid
+        from polite.files import marks
+        from polite.report.offline import BENCH, report_bench
         from polite.report.page import write_report
 
-        if holds_grid(self.folder):
+        held = marks(self.folder)
+        if GRID in held:
             return report_grid(self.folder)
-        return report_bench(self.folder) if holds_bench(self.folder) else write_report(self.folder)
+        return report_bench(self.folder) if BENCH in held else write_report(self.folder)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ from typing import Any
 
 from polite.types import NotFiniteError, PoliteError
 
+MARKER = "run.json"
+"""Says what run a folder holds."""
 _TEMPORARY = re.compile(r"\..*-[0-9a-f]{32}(\.[^.]+)?")
 
 
@@ -98,6 +100,14 @@ def read_json_object(path: Path, remedy: str) -> dict[str, Any]:
         found = type(content).__name__
         raise PoliteError(f"{path}: expected a JSON object, found {found}; {remedy}")
     return content
+
+
+def marks(folder: Path) -> frozenset[str]:
+    """The keys of a folder's `MARKER`, by which commands know their own; none without one."""
+    try:
+        return frozenset(read_json_object(folder / MARKER, "ignore it"))
+    except PoliteError:
+        return frozenset()
 
 
 def system_says(error: OSError) -> str:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from polite.analysis.reward_map import map_2d_part, profile
@@ -50,7 +49,6 @@ def draw_map(model: Path, out: Path) -> Path:
     rewards = predict(net, states.observations, states.actions).astype(np.float64)
     with rc_context(STYLE):
         figure = map_figure(states, rewards)
-        FigureCanvasAgg(figure)
         write_atomically(out, figure.savefig)
     return out
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from polite.files import (
+    MARKER,
     is_temporary,
     read_json_object,
     remove_temporaries,
@@ -19,8 +20,6 @@ from polite.files import (
 )
 from polite.types import InvalidValueError, PoliteError
 
-MARKER = "run.json"
-"""Says what run a folder holds."""
 LOCK = ".lock"
 """Held by the process that works in the folder, if its runs ask for that; names the process."""
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from polite.files import one_line, write_atomically
 from polite.report.benchmark_figures import draw_benchmark_figures
 from polite.report.benchmark_tables import (
     benchmark_claims_table,
@@ -18,7 +17,7 @@ from polite.report.benchmark_tables import (
 )
 from polite.report.benchmark_words import benchmark_findings
 from polite.report.html import Markup, document, element, figure, section
-from polite.types import PoliteError
+from polite.report.stored import reading, write_text
 
 Results = Mapping[str, Any]
 
@@ -102,20 +101,9 @@ def write_benchmark_report(folder: Path, results: Results) -> Path:
         PoliteError: when a key is missing or a value is of another type, or the folder cannot be
             written into.
     """
-    again = "was it written by another version? Run `polite benchmark --resume` again"
-    try:
+    with reading(folder / "results.json", "polite benchmark --resume"):
         page = render(results, draw_benchmark_figures(results, folder))
-    except PoliteError:
-        raise
-    except KeyError as missing:
-        raise PoliteError(
-            f"results.json: expected the key {missing}, found none; {again}"
-        ) from None
-    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
-        raise PoliteError(f"results.json: unexpected value ({one_line(error)}); {again}") from error
-    path = folder / "report.html"
-    write_atomically(path, lambda temporary: temporary.write_text(page, encoding="utf-8"))
-    return path
+    return write_text(folder / "report.html", page)
 
 
 def render(results: Results, pictures: list[Path]) -> str:

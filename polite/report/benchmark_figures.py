@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -32,7 +30,7 @@ from polite.plots.benchmark_effects import (
     pair_name,
 )
 from polite.plots.methods import form_of, look_of
-from polite.plots.style import GREY, STYLE, WIDTH, panel_letters
+from polite.plots.style import GREY, WIDTH, panel_letters
 from polite.report.benchmark_selection import (
     Cell,
     Results,
@@ -46,7 +44,7 @@ from polite.report.benchmark_selection import (
     seen_cells,
     short_title,
 )
-from polite.report.figures import save_figure
+from polite.report.stored import draw_all
 
 MEASURES: Final = {
     "pair_accuracy": "pair accuracy",
@@ -65,14 +63,7 @@ def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
     Returns:
         The PNG files, in the order of the report; a figure without anything to show is left out.
     """
-    drawn = []
-    with rc_context(STYLE):
-        for name, draw in FIGURES.items():
-            figure = draw(results)
-            if figure is not None:
-                FigureCanvasAgg(figure)
-                drawn.append(save_figure(figure, folder / "figures" / name))
-    return drawn
+    return draw_all(FIGURES, results, folder / "figures")
 
 
 def learning_figure(results: Results) -> Figure | None:

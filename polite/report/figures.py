@@ -6,14 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from polite.analysis.claims_reward import PERSON_NEAR
-from polite.files import write_atomically
 from polite.plots.divergence import draw_divergence, draw_divergence_forms
 from polite.plots.goal_distance import draw_goal_distance
 from polite.plots.map_2d import draw_map_2d, shared_limits
@@ -22,8 +19,9 @@ from polite.plots.quality import draw_policy_difference, draw_quality, draw_sens
 from polite.plots.reward_map import REWARD, draw_offset, draw_reward_map
 from polite.plots.scene import along_handles, floor_handles
 from polite.plots.strip import draw_strip, example_windows
-from polite.plots.style import GREY, LOOKS, STYLE, WIDTH, panel_letters, shared_legend
+from polite.plots.style import GREY, LOOKS, WIDTH, panel_letters, shared_legend
 from polite.report.clips import clip_paths, read_clip
+from polite.report.stored import draw_all
 
 Results = Mapping[str, Any]
 
@@ -41,13 +39,7 @@ def draw_figures(results: Results, folder: Path) -> list[Path]:
     Returns:
         The PNG files, in the order of the report.
     """
-    drawn = []
-    with rc_context(STYLE):
-        for name, draw in figures(results, folder).items():
-            figure = draw(results)
-            FigureCanvasAgg(figure)
-            drawn.append(save_figure(figure, folder / "figures" / name))
-    return drawn
+    return draw_all(figures(results, folder), results, folder / "figures")
 
 
 def figures(results: Results, folder: Path) -> dict[str, Callable[[Results], Figure]]:
@@ -193,14 +185,3 @@ def strip_figure(results: Results, folder: Path) -> Figure:
         title = ("first clip", "second clip")[place] + (" (preferred)" if chosen else "")
         draw_strip(half, clip, windows, 1 / example["fps"], title)
     return figure
-
-
-def save_figure(figure: Figure, stem: Path) -> Path:
-    """Write STEM.pdf and STEM.png whole; without a date, so that equal numbers give equal files."""
-    write_atomically(
-        stem.with_suffix(".pdf"),
-        lambda path: figure.savefig(path, metadata={"CreationDate": None}),
-    )
-    figure.set_layout_engine("none")  # laid out already; doing it again costs a third of the time
-    write_atomically(stem.with_suffix(".png"), lambda path: figure.savefig(path))
-    return stem.with_suffix(".png")

@@ -6,22 +6,19 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from polite.analysis.offline import deciding_budget
-from polite.files import read_json_object, write_atomically
+from polite.files import read_json_object
 from polite.plots.offline import draw_gains, draw_ladder
-from polite.plots.style import STYLE, WIDTH, shared_legend
-from polite.report.figures import save_figure
+from polite.plots.style import WIDTH, shared_legend
 from polite.report.html import Markup, document, element, figure, section, table
+from polite.report.stored import draw_all, reading, write_text
 from polite.report.words import number, stored
-from polite.types import PoliteError
 
 Results = Mapping[str, Any]
 
-MARK = "highlights"
+BENCH = "highlights"
 """Marks the folder of a bench, in its run.json."""
 TITLE = "What a highlight says: forms of the highlight loss, compared offline"
 SIMULATED = (
@@ -47,30 +44,23 @@ def write_offline_report(folder: Path, results: Results) -> Path:
 
     Returns:
         The page; it needs no other file.
+
+    Raises:
+        PoliteError: if a key is missing or a value is of another type, or the folder cannot be
+            written into.
     """
-    pictures = _draw(folder, results)
-    _write(folder / "table.md", as_markdown(results))
-    _write(folder / "report.html", _page(results, pictures))
-    return folder / "report.html"
-
-
-def _write(path: Path, text: str) -> None:
-    write_atomically(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
-
-
-def holds_bench(folder: Path) -> bool:
-    """Whether a folder is an offline bench's."""
-    try:
-        return MARK in read_json_object(folder / "run.json", "ignore it")
-    except PoliteError:
-        return False
+    with reading(folder / "results.json", "polite highlights --resume"):
+        tables = as_markdown(results)
+        page = _page(results, draw_all(FIGURES, results, folder / "figures"))
+    write_text(folder / "table.md", tables)
+    return write_text(folder / "report.html", page)
 
 
 def report_bench(folder: Path) -> Path:
     """Draw a bench's figures and page again from its stored numbers.
 
     Raises:
-        PoliteError: if it has no results yet.
+        PoliteError: if it has no results yet, and as in `write_offline_report`.
     """
     results = read_json_object(folder / "results.json", "go on with `polite highlights --resume`")
     return write_offline_report(folder, results)
@@ -146,14 +136,6 @@ def _rows(results: Results, env: str, queries: int) -> list[Mapping[str, Any]]:
     return [r for r in results["rows"] if (r["env"], r["queries"]) == (env, queries)]
 
 
-def _draw(folder: Path, results: Results) -> list[Path]:
-    with rc_context(STYLE):
-        drawn = {"gains": _gains(results), "queries": _ladder(results)}
-        for picture in drawn.values():
-            FigureCanvasAgg(picture)
-        return [save_figure(drawn[name], folder / "figures" / name) for name in drawn]
-
-
 def _gains(results: Results) -> Figure:
     envs = list(dict.fromkeys(row["env"] for row in results["rows"]))
     names = list(results["candidates"])[1:]
@@ -181,3 +163,7 @@ def _ladder(results: Results) -> Figure:
             ax.set_title(env)
     shared_legend(picture, grid[0][0], "95% t interval over trials")
     return picture
+
+
+FIGURES: Final = {"gains": _gains, "queries": _ladder}
+"""File names and who draws them, in the order of the page."""

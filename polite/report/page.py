@@ -6,19 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from polite.files import one_line, read_json_object, write_atomically
+from polite.files import read_json_object
 from polite.report import tables
 from polite.report.captions import CAPTIONS
 from polite.report.example import example_clips
 from polite.report.figures import draw_figures
 from polite.report.findings import findings
 from polite.report.html import Markup, document, element, figure, join, section
+from polite.report.stored import reading, write_text
 from polite.report.wording import wording
-from polite.types import PoliteError
 
 Results = Mapping[str, Any]
-
-AGAIN = "was it written by another version? Run `polite replicate` again"
 
 
 def write_report(folder: Path) -> Path:
@@ -34,22 +32,10 @@ def write_report(folder: Path) -> Path:
         PoliteError: When results.json is missing, is no JSON, lacks a key or has a value of
             another type, a clip is damaged, or the folder cannot be written into.
     """
-    numbers = folder / "results.json"
     results = read_results(folder)
-    try:
-        pictures = draw_figures(results, folder)
-        page = render(results, folder, pictures)
-    except PoliteError:
-        raise
-    except KeyError as missing:
-        raise PoliteError(
-            f"{numbers}: expected the key {missing}, found none; {AGAIN}"
-        ) from missing
-    except (TypeError, ValueError, LookupError, AttributeError, ArithmeticError) as error:
-        raise PoliteError(f"{numbers}: unexpected value ({one_line(error)}); {AGAIN}") from error
-    path = folder / "report.html"
-    write_atomically(path, lambda temporary: temporary.write_text(page, encoding="utf-8"))
-    return path
+    with reading(folder / "results.json", "polite replicate"):
+        page = render(results, folder, draw_figures(results, folder))
+    return write_text(folder / "report.html", page)
 
 
 def read_results(folder: Path) -> dict[str, Any]:

@@ -19,14 +19,14 @@ highlights; they are placed as by POLITE's oracle.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import inf, isnan
+from dataclasses import dataclass
+from math import inf
 from typing import Final
 
 import numpy as np
 
-from polite.teachers.highlights import CandidateRule, released_candidate
-from polite.teachers.oracle import Oracle, expressed, rewards_of
+from polite.teachers.marking import Marking
+from polite.teachers.oracle import rewards_of
 from polite.types import (
     EQUAL,
     UNRELATED,
@@ -78,7 +78,7 @@ def prefers_first(difference: float, rationality: float, rng: np.random.Generato
 
 
 @dataclass(frozen=True)
-class BPrefTeacher:
+class BPrefTeacher(Marking):
     """B-Pref's model of a teacher (equations above); the defaults are its oracle.
 
     The same number of random draws goes into every answer, so that teachers of different settings
@@ -98,19 +98,6 @@ class BPrefTeacher:
     average_return: float | None = None
     """R̄; None for the mean return of the segments in the pool that is asked about. Where that is
     negative nobody skips or calls equal, so an env with negative returns needs a number here."""
-    positive_threshold: float = 0.3
-    """h⁺ is given if its score is above this; infinity for none."""
-    negative_threshold: float = -0.3
-    """h⁻ is given if its score is below this; minus infinity for none."""
-    length: int = 5
-    """L, how many steps a highlight reaches back."""
-    rule: CandidateRule = released_candidate
-    """Which moment is marked, and its score."""
-    marks_labelled: bool = True
-    """Whether highlights come from the segment labelled the winner even by mistake, or stay with
-    the one that was chosen before the mistake (an ablation)."""
-    sign_test: bool = True
-    """Whether the reward over the highlight's own window must have its sign."""
 
     def __post_init__(self) -> None:
         """Check the settings.
@@ -118,6 +105,7 @@ class BPrefTeacher:
         Raises:
             InvalidValueError: if one is out of its range or NaN.
         """
+        super().__post_init__()
         rates = (self.mistake_probability, self.epsilon_skip, self.epsilon_equal)
         average = 0.0 if self.average_return is None else self.average_return
         if (
@@ -125,27 +113,12 @@ class BPrefTeacher:
             or not 0 < self.discount <= 1
             or not all(0 <= rate <= 1 for rate in rates)
             or not 0 <= average < inf
-            or self.length < 0
-            or isnan(self.positive_threshold)
-            or isnan(self.negative_threshold)
         ):
             raise InvalidValueError(
                 "expected rationality ≥ 0, discount in (0, 1], mistake_probability, epsilon_skip "
-                "and epsilon_equal in [0, 1], average_return finite and ≥ 0 or None, length ≥ 0 "
-                f"and thresholds that are numbers, got {self}"
+                "and epsilon_equal in [0, 1], and average_return finite and ≥ 0 or None, got "
+                f"{self}"
             )
-
-    def marking_like(self, oracle: Oracle) -> BPrefTeacher:
-        """The same teacher, who places highlights as an oracle does (that of a preset, say)."""
-        return replace(
-            self,
-            positive_threshold=oracle.positive_threshold,
-            negative_threshold=oracle.negative_threshold,
-            length=oracle.length,
-            rule=oracle.rule,
-            marks_labelled=oracle.marks_labelled,
-            sign_test=oracle.sign_test,
-        )
 
     def answer(
         self,
@@ -170,7 +143,7 @@ class BPrefTeacher:
         undecided = self._undecided(rewards_1.sum(), rewards_2.sum(), average_return)
         if undecided is not None:
             return Answer(query, undecided)
-        return expressed(query, (rewards_1, rewards_2), int(not chooses_first), mistaken, self)
+        return self.express(query, (rewards_1, rewards_2), int(not chooses_first), mistaken)
 
     def answer_queries(
         self, pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator

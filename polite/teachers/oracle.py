@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Protocol
 
 import numpy as np
 
-from polite.teachers.highlights import CandidateRule, place_highlight, released_candidate
+from polite.teachers.marking import Marking
 from polite.types import (
     EQUAL,
-    FIRST,
-    SECOND,
     UNRELATED,
     Answer,
     Floats64,
@@ -24,7 +20,7 @@ from polite.types import (
 
 
 @dataclass(frozen=True)
-class Oracle:
+class Oracle(Marking):
     """Preferences by return, highlights at the extremes of the preferred segment.
 
     The defaults are those of the POLITE release on HalfCheetah.
@@ -36,26 +32,15 @@ class Oracle:
     """The answer to a tie: (0, 0) as in the release, or (.5, .5) as B-Pref's equal teacher."""
     flip_probability: float = 0.1
     """How often an expressed preference is reversed (POLITE: 10%)."""
-    positive_threshold: float = 0.3
-    """h⁺ is given if its score is above this; infinity for none."""
-    negative_threshold: float = -0.3
-    """h⁻ is given if its score is below this; minus infinity for none."""
-    length: int = 5
-    """L, how many steps a highlight reaches back."""
-    rule: CandidateRule = released_candidate
-    """Which moment is marked, and its score."""
-    marks_labelled: bool = True
-    """Whether highlights come from the segment labelled the winner even when the label was flipped
-    (as in the release), or stay with the truly better one (an ablation)."""
-    sign_test: bool = True
-    """Whether the reward over the highlight's own window must have its sign (POLITE)."""
 
     def __post_init__(self) -> None:
         """Check the settings.
 
         Raises:
-            InvalidValueError: if ε is negative, the flips are no rate, or a tie has a winner.
+            InvalidValueError: if ε is negative, the flips are no rate, or a tie has a winner; or
+                as in `Marking`.
         """
+        super().__post_init__()
         if (
             self.tie_threshold < 0
             or not 0 <= self.flip_probability <= 1
@@ -81,7 +66,7 @@ class Oracle:
         difference = rewards_1.sum() - rewards_2.sum()
         if abs(difference) <= self.tie_threshold:
             return Answer(query, self.tie)
-        return expressed(query, (rewards_1, rewards_2), int(difference <= 0), flipped, self)
+        return self.express(query, (rewards_1, rewards_2), int(difference <= 0), flipped)
 
     def answer_queries(
         self, pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator
@@ -90,57 +75,6 @@ class Oracle:
         return [
             self.answer(index, *rewards_of(pool, query), rng) for index, query in enumerate(queries)
         ]
-
-
-class Marking(Protocol):
-    """How a teacher places highlights; see `Oracle` for what each setting means."""
-
-    @property
-    def positive_threshold(self) -> float: ...  # noqa: D102
-    @property
-    def negative_threshold(self) -> float: ...  # noqa: D102
-    @property
-    def length(self) -> int: ...  # noqa: D102
-    @property
-    def rule(self) -> CandidateRule: ...  # noqa: D102
-    @property
-    def marks_labelled(self) -> bool: ...  # noqa: D102
-    @property
-    def sign_test(self) -> bool: ...  # noqa: D102
-
-
-def expressed(
-    query: int,
-    rewards: tuple[Floats64, Floats64],
-    chosen: int,
-    mistaken: bool,
-    marking: Marking,
-) -> Answer:
-    """An answer with a preference, and highlights on the winner.
-
-    Args:
-        query: index of the query.
-        rewards: along the real steps of σ₁ and of σ₂, (t₁,) and (t₂,).
-        chosen: the better one to the teacher, 0 or 1.
-        mistaken: whether the other one is labelled the winner.
-        marking: where highlights go.
-    """
-    labelled = 1 - chosen if mistaken else chosen
-    marked = labelled if marking.marks_labelled else chosen
-    place = partial(
-        place_highlight,
-        rewards[marked],
-        length=marking.length,
-        rule=marking.rule,
-        sign_test=marking.sign_test,
-    )
-    return Answer(
-        query=query,
-        preference=(FIRST, SECOND)[labelled],
-        positive=place(+1, threshold=marking.positive_threshold),
-        negative=place(-1, threshold=marking.negative_threshold),
-        marks_other=marked != labelled,
-    )
 
 
 def rewards_of(pool: SegmentPool, query: Query) -> tuple[Floats64, Floats64]:

@@ -27,7 +27,7 @@ from polite.experiments.benchmark.drive import benchmark, run_grid
 from polite.experiments.benchmark.grid import Run, planned
 from polite.experiments.benchmark.live import Live, live_path
 from polite.experiments.benchmark.machine import machine
-from polite.experiments.benchmark.page import holds_grid, identity
+from polite.experiments.benchmark.page import GRID, identity
 from polite.experiments.benchmark.record import (
     KEYS,
     answers_part,
@@ -51,7 +51,7 @@ from polite.experiments.benchmark.settings import (
 from polite.experiments.benchmark.standing import failure_path, standing, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.run_folder import claim_folder
-from polite.files import write_json
+from polite.files import marks, write_json
 from polite.methods.presets import PRESETS
 from polite.methods.schedules import EqualUpdates
 from polite.types import (
@@ -432,7 +432,7 @@ def test_a_folder_takes_further_parts_of_the_same_preset_only(
     assert len(list((folder / "runs").iterdir())) == 6
     with pytest.raises(PoliteError, match="2 of 2 runs failed"):
         benchmark(replace(config, resume=True, seeds=(1,)))
-    assert holds_grid(folder) and not holds_grid(folder / "runs")
+    assert marks(folder) >= {GRID} and not marks(folder / "runs")
 
 
 @pytest.mark.parametrize("preset", ["smoke", "fast", "paper"])

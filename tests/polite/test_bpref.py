@@ -310,15 +310,21 @@ def test_highlights_are_placed_like_those_of_an_oracle():
         {"average_return": -1.0},
         {"average_return": inf},
         {"average_return": nan},
-        {"positive_threshold": nan},
-        {"negative_threshold": nan},
-        {"length": -1},
     ],
     ids=str,
 )
 def test_impossible_settings_are_refused(change):
     with pytest.raises(InvalidValueError, match="expected rationality ≥ 0"):
         BPrefTeacher(**change)
+
+
+@pytest.mark.parametrize("teacher", [BPrefTeacher, Oracle])
+@pytest.mark.parametrize(
+    "change", [{"positive_threshold": nan}, {"negative_threshold": nan}, {"length": -1}], ids=str
+)
+def test_impossible_marking_is_refused(teacher, change):
+    with pytest.raises(InvalidValueError, match="expected length ≥ 0"):
+        teacher(**change)
 
 
 def _single(returns):

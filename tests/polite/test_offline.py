@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 from functools import partial
 
@@ -14,9 +15,10 @@ from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER
 from polite.experiments.offline.marks import around, hide_marked
 from polite.experiments.offline.pools import load_pools
 from polite.experiments.offline.trial import ask, run_trial, stack_answers
+from polite.files import marks
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.methods.presets import preset_of
-from polite.report.offline import holds_bench, report_bench
+from polite.report.offline import BENCH, report_bench, write_offline_report
 from polite.samplers import uniform_pairs
 from polite.types import Answer, Highlight, PoliteError, Query, SegmentPool
 
@@ -59,12 +61,23 @@ def make_pool(rewards):
 
 
 def test_a_bench_leaves_its_numbers_tables_and_figures(folder) -> None:
-    assert holds_bench(folder)
+    assert BENCH in marks(folder)
     for name in ("results.json", "report.html", "table.md", "figures/gains.png"):
         assert (folder / name).stat().st_size > 0
     table = (folder / "table.md").read_text("utf-8")
     assert all(f"| {name} |" in table for name in TINY.names)
     assert "simulated" in table and "simulated" in (folder / "report.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("key", "value"), [("candidates", 3), ("rows", [{}]), ("ranking", 0)])
+def test_numbers_of_another_type_are_one_line_errors(folder, tmp_path, key, value) -> None:
+    results = json.loads((folder / "results.json").read_text("utf-8"))
+    broken = {k: v for k, v in results.items() if k != key}
+    with pytest.raises(PoliteError, match=f"expected the key '{key}', found none; .*highlights"):
+        write_offline_report(tmp_path, broken)
+    with pytest.raises(PoliteError, match=r"results\.json: .*another version"):
+        write_offline_report(tmp_path, broken | {key: value})
+    assert not list(tmp_path.glob("*.*"))
 
 
 def test_a_bench_goes_on_where_it_was_stopped(folder, monkeypatch) -> None:

@@ -8,26 +8,19 @@ from typing import Any
 from polite.analysis.benchmark_summary import summarise
 from polite.experiments.benchmark.grid import planned
 from polite.experiments.benchmark.record import made_otherwise, read_records
-from polite.files import read_json_object, write_json
+from polite.files import MARKER, read_json_object, write_json
 from polite.report.benchmark import write_benchmark_report
 from polite.types import PoliteError
 
+GRID = "benchmark"
+"""Marks the folder of a grid, in its run.json."""
 FORMAT = 1
 """Of the records; a folder of another format is not gone on with."""
-_MARKER = "run.json"
 
 
 def identity(preset: str) -> dict[str, Any]:
     """What all runs of a folder share, as it stands in its run.json."""
-    return {"benchmark": FORMAT, "preset": preset}
-
-
-def holds_grid(folder: Path) -> bool:
-    """Whether a folder is a benchmark's."""
-    try:
-        return "benchmark" in read_json_object(folder / _MARKER, "ignore it")
-    except PoliteError:
-        return False
+    return {GRID: FORMAT, "preset": preset}
 
 
 def preset_in(folder: Path) -> str:
@@ -36,7 +29,7 @@ def preset_in(folder: Path) -> str:
     Raises:
         PoliteError: if the folder holds no grid, or another format's.
     """
-    marker = read_json_object(folder / _MARKER, "give the folder of a benchmark as --out")
+    marker = read_json_object(folder / MARKER, "give the folder of a benchmark as --out")
     preset = str(marker.get("preset"))
     if marker != identity(preset):
         raise PoliteError(f"{folder} holds no benchmark of this version; give another --out")

@@ -6,9 +6,9 @@ from polite.dataset import MANIFEST, Feedback, save_feedback
 from polite.experiments.new_study.config import NewStudyConfig
 from polite.experiments.new_study.pool import demo_folder, study_pool
 from polite.experiments.new_study.template import fill_template
-from polite.experiments.run_folder import MARKER, claim_folder
+from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import make_progress
-from polite.files import read_json_object, write_atomically
+from polite.files import MARKER, read_json_object, write_atomically
 from polite.study.clips import check_source, load_clips, prepare_clips
 from polite.study.design import FILE, Design, parse_design, read_design
 from polite.study.folder import StudyFolder, check_design

@@ -16,7 +16,7 @@ from polite.experiments.run_folder import claim_folder
 from polite.experiments.runner import Report, Runner, Task, make_progress
 from polite.files import write_json
 from polite.methods.presets import preset_of
-from polite.report.offline import MARK, write_offline_report
+from polite.report.offline import BENCH, write_offline_report
 
 FORMAT = 1
 """Of the results; a folder of another format is not gone on with."""
@@ -84,7 +84,7 @@ def compare(preset_name: str, seed: int, out: Path, *, resume: bool) -> Path:
         PoliteError: if the folder cannot be used, or a worker process died.
     """
     bench = BENCHES[preset_name]
-    claim_folder(out, {MARK: FORMAT, "preset": preset_name, "seed": seed}, resume)
+    claim_folder(out, {BENCH: FORMAT, "preset": preset_name, "seed": seed}, resume)
     with make_progress() as progress, Runner(out, progress) as runner:
         pools = runner.run([_pool_task(config, seed, out) for config in bench.pools])
         trials = runner.run(

@@ -10,7 +10,6 @@ from statistics import fmean
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.progress import Progress
 
@@ -203,7 +202,6 @@ def draw_learning_curve(path: Path, results: Results) -> None:
     look = Look(results["config"]["method"], BLUE, "-", "o")
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, 2.8))
-        FigureCanvasAgg(figure)
         axes = figure.subplots(1, max(1, len(shown)), squeeze=False)[0]
         for ax, name in zip(axes, shown, strict=False):
             draw_training(ax, curve["steps"], curve[name], results["sessions"], look, panels[name])

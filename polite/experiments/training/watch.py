@@ -9,7 +9,6 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -124,7 +123,6 @@ def _picture(
     frames: Frames, steps: list[int], traces: Traces, seconds: float, title: str
 ) -> Figure:
     figure = Figure(figsize=(WIDTH, WIDTH))
-    FigureCanvasAgg(figure)
     draw_episode(figure, frames, steps, traces, seconds)
     figure.suptitle(title, x=0.01, ha="left", fontsize=8.5, fontweight="bold")
     return figure
