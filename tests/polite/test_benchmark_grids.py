@@ -38,7 +38,6 @@ from polite.experiments.benchmark.record import (
     read_record,
     read_records,
     record_path,
-    stamp_records,
 )
 from polite.experiments.benchmark.run import Outcome, carry_out
 from polite.experiments.benchmark.settings import (
@@ -217,20 +216,6 @@ def test_a_record_of_other_settings_stays_until_its_run_has_another(
     with pytest.raises(KeyboardInterrupt):
         run_grid(folder, RUNS[:2], Here())
     assert all(made_otherwise(folder, run) for run in RUNS[:2])
-
-
-def test_records_without_settings_can_be_stamped(folder: Path) -> None:
-    run_grid(folder, RUNS, Here())
-    path = record_path(folder, RUNS[0])
-    content = path.read_bytes()
-    unnamed = json.loads(content)
-    unnamed.pop("settings")
-    write_json(path, unnamed)
-    write_json(record_path(folder, RUNS[3]), record_of(RUNS[3]) | {"settings": "another"})
-    assert stamp_records(folder, RUNS) == 1  # who names other settings is not talked over
-    assert read_record(folder, RUNS[0]) == record_of(RUNS[0])
-    assert read_record(folder, RUNS[3]) is None
-    assert stamp_records(folder, RUNS) == 0
 
 
 @pytest.mark.parametrize(

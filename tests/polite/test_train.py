@@ -266,15 +266,6 @@ def test_what_an_env_tells_only_where_it_happens_has_not_happened_elsewhere(
     assert np.mean(results["curve"]["success_rate"]) == pytest.approx(0.5, abs=0.1)
 
 
-def test_a_folder_from_before_a_setting_came_can_be_gone_on_with(tmp_path) -> None:
-    config = settings(tmp_path)
-    marker = run_train(config).parent / "run.json"
-    assert not set(module.LATER) & set(json.loads(marker.read_text("utf-8")))
-    run_train(replace(config, resume=True))
-    with pytest.raises(PoliteError, match="other settings"):
-        run_train(replace(config, resume=True, normalise=True))
-
-
 def test_two_cannot_train_in_one_folder(tmp_path, monkeypatch) -> None:
     def second(*arguments):
         with pytest.raises(PoliteError, match="another `polite train`"):

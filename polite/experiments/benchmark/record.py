@@ -12,7 +12,7 @@ from polite.analysis.learning_curve import learning_curve
 from polite.dataset import Feedback
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.settings import fingerprint
-from polite.files import read_json_object, write_json
+from polite.files import read_json_object
 from polite.types import Answer, PoliteError, SegmentPool
 
 Record = dict[str, Any]
@@ -51,26 +51,6 @@ def read_record(folder: Path, run: Run) -> Record | None:
 def made_otherwise(folder: Path, run: Run) -> bool:
     """Whether a run was finished with other settings than it has now, or with unknown ones."""
     return _whole_record(folder, run) is not None and read_record(folder, run) is None
-
-
-def stamp_records(folder: Path, runs: Sequence[Run]) -> int:
-    """Note today's settings in records that name none; only for those that are known to be equal.
-
-    Args:
-        folder: the grid's, in which nobody works.
-        runs: those whose records may be stamped; others, and records with settings, stay.
-
-    Returns:
-        How many records were stamped.
-    """
-    stamped = 0
-    for run in runs:
-        record = _whole_record(folder, run)
-        if record is not None and "settings" not in record:
-            content = {"run": record.pop("run"), "settings": fingerprint(run), **record}
-            write_json(record_path(folder, run), content)
-            stamped += 1
-    return stamped
 
 
 def _whole_record(folder: Path, run: Run) -> Record | None:

@@ -43,8 +43,6 @@ RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
-LATER = ("env_settings", "rationality", "average_return", "normalise", "validation_share")
-"""Settings that came when trainings had been begun without: at its default each leaves no trace."""
 RECENT = 20
 """Finished episodes whose mean return stands beside the bar."""
 
@@ -129,13 +127,8 @@ def _learner(
 def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
-    for field in dataclasses.fields(config):
-        late = field.name in LATER and settings[field.name] == field.default
-        if late or field.name in ("out", "resume"):
-            del settings[field.name]
-    if "env_settings" in settings:
-        settings["env_settings"] = parse_env_settings(config.env_settings)
-    return settings
+    del settings["out"], settings["resume"]
+    return settings | {"env_settings": parse_env_settings(config.env_settings)}
 
 
 def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
