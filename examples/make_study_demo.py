@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from polite.dataset import save_feedback
+from polite.dataset import Feedback, save_feedback
 from polite.experiments.replication.config import preset
 from polite.experiments.replication.stages import train_clip_policy
 from polite.experiments.replication.study import Study
@@ -71,7 +71,7 @@ def main() -> None:
     few = SegmentPool.stack([pool[int(number)] for number in numbers], LENGTH)
     compared = SegmentPool.stack([few[i] for i in range(len(few) - APART)], LENGTH)
     pairs = uniform_pairs(PARTICIPANTS * COMPARISONS, rng, compared)
-    save_feedback(chosen.out / "pool", few, pairs, [])
+    save_feedback(chosen.out / "pool", Feedback(few, pairs))
     print(f"{chosen.out}: {len(few)} clips, {len(pairs)} pairs; apart: {len(compared)} and on")
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from polite import PoliteError, load_feedback
+from polite.dataset import Feedback
 from polite.rewards.data import stack_feedback
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import FAST, RewardNet, predict
@@ -33,7 +34,7 @@ def main(export: Path, condition: str, epochs: int, out: Path) -> None:
     net.standardise(pool)
     learned_from = [answer for answer in answers if answer.participant != last]
     config = RewardTrainingConfig(epochs=epochs, highlight_length=length)
-    train_reward(net, stack_feedback(pool, queries, learned_from), config, generator)
+    train_reward(net, stack_feedback(Feedback(pool, queries, learned_from)), config, generator)
     save_reward_model(out, net)
     rewards = predict(net, pool.observations, pool.actions)
     returns = np.where(pool.mask, rewards, 0.0).sum(axis=1)

@@ -7,8 +7,7 @@ A folder holds `segments.npz`, `queries.json`, `answers.jsonl` (one answer a lin
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +33,7 @@ class Feedback:
     """The segments."""
     queries: list[Query]
     """Pairs of the pool."""
-    answers: list[Answer]
+    answers: list[Answer] = field(default_factory=list)
     """Answers to the queries."""
 
     def __post_init__(self) -> None:
@@ -61,21 +60,14 @@ class Feedback:
                 raise InvalidValueError(f"expected highlights to end before {length}, got {answer}")
 
 
-def save_feedback(
-    folder: Path | str, pool: SegmentPool, queries: Sequence[Query], answers: Sequence[Answer]
-) -> None:
-    """Write a feedback data set into a folder, made if needed.
-
-    Raises:
-        InvalidValueError: if the parts do not belong together; nothing is written then.
-    """
-    Feedback(pool, list(queries), list(answers))
-    folder = Path(folder)
+def save_feedback(folder: Path | str, feedback: Feedback) -> None:
+    """Write a feedback data set into a folder, made if needed."""
+    folder, pool = Path(folder), feedback.pool
     (folder / MANIFEST).unlink(missing_ok=True)  # a half-written set must not look whole
-    arrays = {field.name: getattr(pool, field.name) for field in fields(pool)}
+    arrays = {each.name: getattr(pool, each.name) for each in fields(pool)}
     write_atomically(folder / SEGMENTS, lambda path: np.savez(path, **arrays))
-    write_json(folder / QUERIES, [[query.first, query.second] for query in queries])
-    lines = "".join(json.dumps(asdict(answer), allow_nan=False) + "\n" for answer in answers)
+    write_json(folder / QUERIES, [[q.first, q.second] for q in feedback.queries])
+    lines = "".join(json.dumps(asdict(a), allow_nan=False) + "\n" for a in feedback.answers)
     write_atomically(folder / ANSWERS, lambda path: path.write_text(lines, encoding="utf-8"))
     checksums = {name: sha256(folder / name) for name in FILES}
     write_json(folder / MANIFEST, {"version": VERSION, "sha256": checksums})

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from polite.dataset import save_feedback
+from polite.dataset import Feedback, save_feedback
 from polite.study.design import CONDITIONS, Design, read_design
 from polite.study.export import export
 from polite.study.records import AnswerRecord, ParticipantRecord, StudyRecords, TrialRecord
@@ -80,7 +80,7 @@ QUERIES = [Query(0, 1), Query(2, 3), Query(4, 5), Query(1, 2), Query(3, 4), Quer
 def made_up_folder(folder: Path, pool: SegmentPool | None = None, **values: Any) -> Path:
     """A study's folder with its design and its pool."""
     made_up_design(folder, **values)
-    save_feedback(folder / "pool", pool or made_up_pool(), values.get("queries", QUERIES), [])
+    save_feedback(folder / "pool", Feedback(pool or made_up_pool(), values.get("queries", QUERIES)))
     return folder
 
 

@@ -22,7 +22,7 @@ from gymnasium.vector import AutoresetMode
 from study_process import ServedStudy, open_invitation
 from study_robot import Exchange, Robot, at_random
 
-from polite.dataset import save_feedback
+from polite.dataset import Feedback, save_feedback
 from polite.rollouts import collect
 from polite.samplers import uniform_pairs
 from polite.segments import cut_segments
@@ -72,7 +72,7 @@ def make_study(path: Path) -> StudyFolder:
     )
     env.close()
     pool = cut_segments(trajectories, STEPS, SEGMENTS, rng)
-    save_feedback(path / "pool", pool, uniform_pairs(4 * COMPARISONS, rng, pool), [])
+    save_feedback(path / "pool", Feedback(pool, uniform_pairs(4 * COMPARISONS, rng, pool)))
     (path / "study.toml").write_text(DESIGN, encoding="utf-8")
     folder = StudyFolder(path)
     prepare_clips(path, folder.design, folder.feedback)

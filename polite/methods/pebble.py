@@ -199,7 +199,7 @@ class _Learner:
         """Train the reward models on, from where they are."""
         feedback, config = self._feedback, self._config
         assert feedback is not None
-        training, data = config.training, stack_feedback(**vars(feedback))
+        training, data = config.training, stack_feedback(feedback)
         if not config.method.highlights:
             training = replace(training, alpha_positive=0.0, alpha_negative=0.0)
         if not config.method.preferences:

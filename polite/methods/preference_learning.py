@@ -210,7 +210,7 @@ class _Learner:
         """Train the reward model on, from where it is."""
         method, training = self._config.method, self._config.training
         feedback = self._history.feedback
-        data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+        data = stack_feedback(feedback)
         epochs = self._config.schedule.epochs(
             len(self._held), len(data), training.batch_size, self._config.steps
         )

@@ -9,7 +9,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from polite.types import Answer, Highlight, InvalidValueError, Query, SegmentPool, ShapeError
+from polite.dataset import Feedback
+from polite.types import Highlight, InvalidValueError, ShapeError
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,21 +69,14 @@ class PreferenceData:
         return replace(self, **{name: getattr(self, name)[answers] for name in names})
 
 
-def stack_feedback(
-    pool: SegmentPool, queries: Sequence[Query], answers: Sequence[Answer]
-) -> PreferenceData:
+def stack_feedback(feedback: Feedback) -> PreferenceData:
     """Stack answers, their queries and the segments for training.
-
-    Args:
-        pool: the segments.
-        queries: pairs of the pool.
-        answers: answers to those queries, in any number and order.
 
     Raises:
         ShapeError: if there is no answer.
-        InvalidValueError: if an answer does not fit its query or segment.
     """
-    asked = [queries[answer.query] for answer in answers]
+    pool, answers = feedback.pool, feedback.answers
+    asked = [feedback.queries[answer.query] for answer in answers]
     inputs = np.concatenate([pool.observations, pool.actions], axis=-1)
     return PreferenceData(
         inputs=torch.from_numpy(inputs),

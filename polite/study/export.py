@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-from polite.dataset import FILES, MANIFEST, load_feedback, save_feedback
+from polite.dataset import FILES, MANIFEST, Feedback, load_feedback, save_feedback
 from polite.files import sha256, system_says, write_atomically, write_json
 from polite.study.changes import check_unchanged
 from polite.study.columns import (
@@ -76,7 +76,9 @@ def export(study: Path, records: StudyRecords, out: Path) -> Path:
     except OSError as error:
         raise PoliteError(f"{out}: cannot be written into ({system_says(error)})") from error
     for condition, learner in source.learner.items():
-        save_feedback(out / DATA / condition, source.pool, source.queries, learner.answers)
+        save_feedback(
+            out / DATA / condition, Feedback(source.pool, source.queries, learner.answers)
+        )
     for name, text in texts.items():
         write_atomically(out / name, partial(_write, text=text))
     data = [f"{DATA}/{c}/{name}" for c in CONDITIONS for name in (*FILES, MANIFEST)]

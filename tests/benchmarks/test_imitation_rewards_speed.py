@@ -8,6 +8,7 @@ import torch
 from imitation_process import imitation
 from random_pool import PAIRS, random_pool
 
+from polite.dataset import Feedback
 from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, train_ensemble
 from polite.rewards.network import RewardNet, RewardNetConfig
@@ -65,7 +66,7 @@ def seconds_of(train, model, data, epochs):
 def test_pairs_per_second_against_imitation(
     benchmark, one_thread, tmp_path, feedback, hidden, members, target
 ):
-    data = stack_feedback(*feedback)
+    data = stack_feedback(Feedback(*feedback))
     save(tmp_path / "pairs.npz", feedback)
     nets = [net(hidden, seed) for seed in range(members)]
     train = train_reward if members == 1 else train_ensemble

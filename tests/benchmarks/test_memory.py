@@ -38,7 +38,7 @@ def run_ours(sessions, pairs, length, episodes, steps):
         history.add_segments(cut_segments(trajectories, length, 2 * pairs, rng))
         history.ask(pairs, Oracle().answer_queries, rng)
         feedback = history.feedback
-        stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+        stack_feedback(feedback)
     del trajectories, feedback
     memory = tracemalloc.get_traced_memory()
     tracemalloc.stop()

@@ -9,6 +9,7 @@ from random_pool import PAIRS, random_pool
 from torch import nn
 from torch.nn.functional import logsigmoid
 
+from polite.dataset import Feedback
 from polite.rewards.data import stack_feedback
 from polite.rewards.network import FAST, PAPER, RewardNet
 from polite.rewards.trainer import RewardTrainingConfig, minibatches, train_reward
@@ -25,7 +26,7 @@ def data():
     pool = random_pool(rng, OBSERVATION, ACTION)
     queries = uniform_pairs(PAIRS, rng, pool)
     oracle = Oracle(length=ONE_EPOCH.highlight_length)
-    return stack_feedback(pool, queries, oracle.answer_queries(pool, queries, rng))
+    return stack_feedback(Feedback(pool, queries, oracle.answer_queries(pool, queries, rng)))
 
 
 @pytest.mark.parametrize(("preset", "target"), [(FAST, 10.0), (PAPER, 1.5)], ids=["32x32", "256x3"])

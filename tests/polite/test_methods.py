@@ -244,7 +244,7 @@ def test_without_preferences_only_the_highlight_terms_remain() -> None:
     history.add_segments(pool)
     history.ask(10, ORACLE.answer_queries, np.random.default_rng(0))
     feedback: Feedback = history.feedback
-    data = stack_feedback(feedback.pool, feedback.queries, feedback.answers)
+    data = stack_feedback(feedback)
     config, batch = RewardTrainingConfig(highlight_length=2), torch.arange(10)
     rewards = torch.randn(10, 2, 5, generator=torch.Generator().manual_seed(0))
     none = replace(config, alpha_positive=0.0, alpha_negative=0.0)

@@ -16,7 +16,7 @@ from made_up_study import corridor_export
 from page_outline import Outline
 
 from polite.analysis.claims import judge
-from polite.dataset import load_feedback, save_feedback
+from polite.dataset import Feedback, load_feedback, save_feedback
 from polite.experiments.replication.config import PRESETS
 from polite.experiments.replication.people import read_people
 from polite.experiments.replication.replicate import replicate
@@ -207,7 +207,7 @@ def test_answers_without_a_preference_are_refused(altered):
     data = altered() / "data" / "baseline"
     feedback = load_feedback(data)
     answers = [replace(answer, preference=EQUAL) for answer in feedback.answers]
-    save_feedback(data, feedback.pool, feedback.queries, answers)
+    save_feedback(data, Feedback(feedback.pool, feedback.queries, answers))
     mistake(altered(), "expected a preference in baseline")
 
 
@@ -215,7 +215,7 @@ def test_clips_of_another_version_of_the_corridor_are_refused(altered):
     data = altered() / "data" / "polite"
     feedback = load_feedback(data)
     pool = replace(feedback.pool, observations=feedback.pool.observations[..., :-1])
-    save_feedback(data, pool, feedback.queries, feedback.answers)
+    save_feedback(data, Feedback(pool, feedback.queries, feedback.answers))
     mistake(altered(), "another version of SocialCorridor-v0")
 
 

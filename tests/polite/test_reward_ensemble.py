@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 
+from polite.dataset import Feedback
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.rewards import trainer
 from polite.rewards.data import stack_feedback
@@ -39,9 +40,11 @@ def make_pool(size=70, steps=6, seed=0):
 POOL = make_pool()
 QUERIES = uniform_pairs(100, np.random.default_rng(1), POOL)
 DATA = stack_feedback(
-    POOL,
-    QUERIES,
-    Oracle(flip_probability=0.0).answer_queries(POOL, QUERIES, np.random.default_rng()),
+    Feedback(
+        POOL,
+        QUERIES,
+        Oracle(flip_probability=0.0).answer_queries(POOL, QUERIES, np.random.default_rng()),
+    ),
 )
 
 

@@ -6,6 +6,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
+from polite.dataset import Feedback
 from polite.rewards.data import split_answers, stack_feedback
 from polite.rewards.ensemble import RewardEnsemble, train_ensemble
 from polite.rewards.network import FAST, RewardNet, RewardNetConfig
@@ -38,7 +39,7 @@ def make_data(count=120, flips=0.0, seed=0):
     )
     queries = uniform_pairs(count, rng, pool)
     oracle = Oracle(tie_threshold=0.3, flip_probability=flips)
-    return stack_feedback(pool, queries, oracle.answer_queries(pool, queries, rng))
+    return stack_feedback(Feedback(pool, queries, oracle.answer_queries(pool, queries, rng)))
 
 
 DATA, NOISE = make_data(), make_data(flips=0.5)

@@ -6,6 +6,7 @@ import pytest
 import torch
 from torch.nn.functional import logsigmoid
 
+from polite.dataset import Feedback
 from polite.rewards.data import PreferenceData, stack_feedback
 from polite.rewards.network import FAST, RewardNet, RewardNetConfig, predict
 from polite.rewards.trainer import (
@@ -50,7 +51,7 @@ POOL = make_pool()
 QUERIES = uniform_pairs(150, np.random.default_rng(1), POOL)
 ORACLE = Oracle(flip_probability=0.0, length=2, tie_threshold=0.5)
 ANSWERS = ORACLE.answer_queries(POOL, QUERIES, np.random.default_rng(2))
-DATA = stack_feedback(POOL, QUERIES, ANSWERS)
+DATA = stack_feedback(Feedback(POOL, QUERIES, ANSWERS))
 
 
 def make_net(seed=0, config=FAST):
@@ -159,12 +160,12 @@ def test_no_expressed_preference_at_all_leaves_the_net_as_it_was(form):
     answers = [Answer(0, (0.0, 0.0)), Answer(1, (0.0, 0.0))]
     net, before = make_net(), parameters(make_net())
     config = replace(QUICK, preference=form)
-    train_reward(net, stack_feedback(POOL, QUERIES, answers), config, generator())
+    train_reward(net, stack_feedback(Feedback(POOL, QUERIES, answers)), config, generator())
     assert torch.equal(parameters(net), before)
 
 
 def test_one_answer_is_enough():
-    data = stack_feedback(POOL, QUERIES, ANSWERS[:1])
+    data = stack_feedback(Feedback(POOL, QUERIES, ANSWERS[:1]))
     assert parameters(trained(data=data)).isfinite().all()
 
 
@@ -208,7 +209,7 @@ def test_stacking_keeps_every_answer_in_its_row():
         Answer(0, (0.5, 0.5)),
         Answer(1, (1.0, 0.0), negative=Highlight(0, 5), marks_other=True),
     ]
-    data = stack_feedback(POOL, [Query(4, 7), Query(2, 1)], answers)
+    data = stack_feedback(Feedback(POOL, [Query(4, 7), Query(2, 1)], answers))
     assert data.pairs.tolist() == [[2, 1], [4, 7], [2, 1]]
     assert data.mu.tolist() == [[0, 1], [0.5, 0.5], [1, 0]]
     assert data.positive.tolist() == [2, -1, -1] and data.negative.tolist() == [-1, -1, 0]
@@ -221,7 +222,7 @@ def test_stacking_keeps_every_answer_in_its_row():
 
 def test_shuffled_highlights_are_a_valid_data_set_that_says_less():
     shuffled = shuffle_highlights(ANSWERS, POOL, QUERIES, np.random.default_rng(0))
-    data = stack_feedback(POOL, QUERIES, shuffled)
+    data = stack_feedback(Feedback(POOL, QUERIES, shuffled))
     assert (data.positive >= 0).sum() == (DATA.positive >= 0).sum()
     told, dealt = (held_out(trained(data=_without_preferences(d)))[1] for d in (DATA, data))
     assert told > dealt + 0.1
@@ -229,11 +230,13 @@ def test_shuffled_highlights_are_a_valid_data_set_that_says_less():
 
 def test_feedback_that_does_not_fit_is_refused():
     with pytest.raises(ShapeError, match="at least one answer"):
-        stack_feedback(POOL, QUERIES, [])
+        stack_feedback(Feedback(POOL, QUERIES))
     with pytest.raises(InvalidValueError, match="pairs: expected indices 0 … 79"):
-        stack_feedback(POOL, [Query(0, 80)], [Answer(0, (0.0, 0.0))])
+        stack_feedback(Feedback(POOL, [Query(0, 80)], [Answer(0, (0.0, 0.0))]))
     with pytest.raises(InvalidValueError, match="positive: expected −1 or a real step"):
-        stack_feedback(POOL, QUERIES, [Answer(0, (1.0, 0.0), positive=Highlight(STEPS, 1))])
+        stack_feedback(
+            Feedback(POOL, QUERIES, [Answer(0, (1.0, 0.0), positive=Highlight(STEPS, 1))])
+        )
     with pytest.raises(ShapeError, match=r"mu: expected \(150, 2\)"):
         replace(DATA, mu=DATA.mu[:-1])
     assert isinstance(DATA, PreferenceData) and len(DATA) == 150

@@ -42,7 +42,7 @@ def new_study(config: NewStudyConfig) -> StudyFolder:
         feedback, text = _contents(config)
         claim_folder(folder.path, run, config.resume)
         if not (folder.pool_path / MANIFEST).exists():
-            save_feedback(folder.pool_path, feedback.pool, feedback.queries, [])
+            save_feedback(folder.pool_path, Feedback(feedback.pool, feedback.queries))
         write_atomically(folder.path / FILE, lambda path: path.write_text(text, encoding="utf-8"))
     check_design(folder.design, folder.feedback)
     _draw(folder)

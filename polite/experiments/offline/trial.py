@@ -10,6 +10,7 @@ import torch
 from scipy.special import expit
 
 from polite.analysis.quality import calibration_error, reward_quality
+from polite.dataset import Feedback
 from polite.experiments.offline.candidates import Candidate
 from polite.experiments.offline.marks import hide_marked, joined
 from polite.methods.preference_learning import without_preferences
@@ -92,7 +93,7 @@ def stack_answers(
     pool: SegmentPool, asked: list[Query], rounds: list[list[Answer]]
 ) -> PreferenceData:
     """For training: every preference counts once, every highlight counts."""
-    first, *others = (stack_feedback(pool, asked, answers) for answers in rounds)
+    first, *others = (stack_feedback(Feedback(pool, asked, answers)) for answers in rounds)
     return joined([first, *map(without_preferences, others)])
 
 

@@ -98,7 +98,7 @@ def fit(
         training = replace(training, alpha_positive=0.0, alpha_negative=0.0)
     if keep is not None:
         keep(0, net)
-    data = stack_feedback(pool, feedback.queries, answers)
+    data = stack_feedback(Feedback(pool, feedback.queries, answers))
     generator.manual_seed(derive(study.seed, order, k))
     train_reward(net, data, training, generator, keep)
     return net

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from polite.dataset import save_feedback
+from polite.dataset import Feedback, save_feedback
 from polite.experiments.replication.config import StudyConfig
 from polite.experiments.replication.study import CONDITIONS, Study
 from polite.experiments.replication.world import (
@@ -61,7 +61,7 @@ def ask_participants(study: Study, report: Report) -> dict[str, Any]:
     pool = _simulate_answers(study, policy) if study.people is None else _take_answers(study)
     report(0.3)
     held_out = _segments(study, policy, "held-out")
-    save_feedback(study.folder / "data" / "held_out", held_out, [Query(0, 1)], [])
+    save_feedback(study.folder / "data" / "held_out", Feedback(held_out, [Query(0, 1)]))
     report(0.6)
     rng = np.random.default_rng(derive(seed, "map"))
     states = collect_map_states(config, policy, rng)
@@ -76,7 +76,7 @@ def _simulate_answers(study: Study, policy: Policy) -> SegmentPool:
     queries = draw_queries(config, pool, seed)
     for name, population in CONDITIONS.items():
         answers = ask(config, population, pool, queries, derive(seed, "ask", name))
-        save_feedback(study.folder / "data" / name, pool, queries, answers)
+        save_feedback(study.folder / "data" / name, Feedback(pool, queries, answers))
     return pool
 
 
@@ -85,7 +85,7 @@ def _take_answers(study: Study) -> SegmentPool:
     assert study.people is not None
     for name in CONDITIONS:
         given = study.people.feedback(name)
-        save_feedback(study.folder / "data" / name, given.pool, given.queries, given.answers)
+        save_feedback(study.folder / "data" / name, given)
     return given.pool
 
 

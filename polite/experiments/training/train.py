@@ -177,7 +177,7 @@ def _write_learned(folder: Path, learned: Learned) -> None:
     """Write models and data, before anything else can go wrong."""
     save_models(folder / "models", learned.policy, learned.reward)
     if learned.feedback is not None:
-        save_feedback(folder / "data", **vars(learned.feedback))
+        save_feedback(folder / "data", learned.feedback)
 
 
 def _write_results(folder: Path, results: Results) -> None:

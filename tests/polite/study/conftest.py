@@ -72,7 +72,7 @@ def make_pool() -> Feedback:
 
     pool = cut_segments(collect(env, act, 60, 0), STEPS, SEGMENTS, rng)
     env.close()
-    return Feedback(pool, uniform_pairs(6, rng, pool), [])
+    return Feedback(pool, uniform_pairs(6, rng, pool))
 
 
 @pytest.fixture(scope="session")
@@ -80,7 +80,7 @@ def study_template(tmp_path_factory):
     """A study's folder that nobody may change."""
     path = tmp_path_factory.mktemp("study") / "template"
     feedback = make_pool()
-    save_feedback(path / "pool", feedback.pool, feedback.queries, [])
+    save_feedback(path / "pool", Feedback(feedback.pool, feedback.queries))
     (path / "study.toml").write_text(STUDY, encoding="utf-8")
     folder = StudyFolder(path)
     prepare_clips(path, folder.design, folder.feedback)

@@ -13,7 +13,7 @@ from people import World
 from sqlalchemy import inspect
 
 import polite.cli
-from polite.dataset import MANIFEST, save_feedback
+from polite.dataset import MANIFEST, Feedback, save_feedback
 from polite.files import sha256
 from polite.study import schema
 from polite.study.changes import ChangedError, check_unchanged
@@ -165,7 +165,7 @@ def test_serving_remembers_the_pool(study_folder, text):
 
     def turn_pairs() -> None:
         feedback = StudyFolder(study_folder.path).feedback
-        save_feedback(study_folder.pool_path, feedback.pool, feedback.queries[::-1], [])
+        save_feedback(study_folder.pool_path, Feedback(feedback.pool, feedback.queries[::-1]))
 
     assert "cannot be served on" in try_to_serve()
     turn_pairs()
@@ -218,7 +218,7 @@ def test_an_export_is_of_the_pool_that_was_shown(tmp_path):
     records = StudyRecords((consistent(1),), {}, kept)
     export(folder, records, tmp_path / "out")
     feedback = StudyFolder(folder).feedback
-    save_feedback(folder / "pool", feedback.pool, feedback.queries[::-1], [])
+    save_feedback(folder / "pool", Feedback(feedback.pool, feedback.queries[::-1]))
     with pytest.raises(ChangedError, match="pool"):
         export(folder, records, tmp_path / "out")
     export(folder, replace(records, shown=Shown()), tmp_path / "out")  # nobody knows what it was

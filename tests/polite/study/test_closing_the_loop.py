@@ -10,7 +10,7 @@ from browsers import ServedStudy, needs_browser
 from scipy.stats import binom
 
 from polite.analysis.quality import pair_accuracy
-from polite.dataset import load_feedback, save_feedback
+from polite.dataset import Feedback, load_feedback, save_feedback
 from polite.experiments.replication.config import PRESETS
 from polite.experiments.replication.world import study_env
 from polite.files import read_json_object
@@ -94,7 +94,7 @@ def answered_by_robots(tmp_path_factory):
     path = tmp_path_factory.mktemp("loop") / "study"
     pool = drive_about(0, 60)
     pairs = uniform_pairs(PARTICIPANTS * COMPARISONS, np.random.default_rng(0), pool)
-    save_feedback(path / "pool", pool, pairs, [])
+    save_feedback(path / "pool", Feedback(pool, pairs))
     (path / "study.toml").write_text(DESIGN, encoding="utf-8")
     folder = StudyFolder(path)
     prepare_clips(path, folder.design, folder.feedback)
@@ -164,7 +164,7 @@ def test_a_reward_model_orders_what_no_robot_saw_as_the_oracle_does(
     generator = torch.Generator().manual_seed(0)
     net = RewardNet(pool.observations.shape[-1], pool.actions.shape[-1], FAST, generator)
     net.standardise(pool)
-    data = stack_feedback(pool, feedback.queries, feedback.answers)
+    data = stack_feedback(Feedback(pool, feedback.queries, feedback.answers))
     train_reward(net, data, RewardTrainingConfig(highlight_length=LENGTH), generator)
 
     unseen = drive_about(1, 2 * HELD_OUT_PAIRS)

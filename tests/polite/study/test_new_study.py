@@ -7,7 +7,7 @@ import pytest
 from made_up_study import answer, person
 
 from polite import cli
-from polite.dataset import load_feedback, save_feedback
+from polite.dataset import Feedback, load_feedback, save_feedback
 from polite.experiments.new_study import folder as module
 from polite.experiments.new_study.config import NewStudyConfig
 from polite.experiments.new_study.folder import describe, new_study
@@ -177,7 +177,7 @@ def test_a_pool_of_one_s_own(study_folder, tmp_path, monkeypatch) -> None:
 def test_pairs_are_drawn_for_a_pool_without(study_folder, tmp_path, monkeypatch) -> None:
     small_clips(monkeypatch)
     source = tmp_path / "source"
-    save_feedback(source, study_folder.pool, [], [])
+    save_feedback(source, Feedback(study_folder.pool, []))
     made = new_study(NewStudyConfig(folder=tmp_path / "new", pool=source, **SMALL))
     assert len(made.queries) == 2
     again = new_study(NewStudyConfig(folder=tmp_path / "again", pool=source, **SMALL))
@@ -219,7 +219,7 @@ def test_an_env_that_cannot_be_drawn_brings_recordings(tmp_path) -> None:
     source, recorded = tmp_path / "source", tmp_path / "recorded"
     recorded.mkdir()
     pool = pool_of(*np.random.default_rng(0).normal(size=(8, 6)))
-    save_feedback(source, pool, [Query(0, 1), Query(2, 1)], [])
+    save_feedback(source, Feedback(pool, [Query(0, 1), Query(2, 1)]))
     for index in range(8):
         frames = np.full((6, 32, 32, 3), 20 * index, np.uint8)
         write_video(recorded / f"{index}.mp4", frames, 10)

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from polite.dataset import DatasetError, load_feedback, save_feedback
+from polite.dataset import DatasetError, Feedback, load_feedback, save_feedback
 from polite.study.clips import ClipError, clip_files
 from polite.study.design import DesignError, parse_design
 from polite.study.folder import Secrets, StudyFolder, StudyFolderError
@@ -138,7 +138,7 @@ def test_clips_of_another_pool_are_noticed(study_folder) -> None:
     feedback = study_folder.feedback
     arrays = {name: np.array(value) for name, value in vars(feedback.pool).items()}
     arrays["states"][0, 3, 0] += 0.5
-    save_feedback(study_folder.pool_path, SegmentPool(**arrays), feedback.queries, [])
+    save_feedback(study_folder.pool_path, Feedback(SegmentPool(**arrays), feedback.queries))
     other = StudyFolder(study_folder.path)
     refused(other, StudyFolderError, "the clip of segment 0 shows something else")
 
