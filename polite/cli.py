@@ -133,7 +133,7 @@ class Benchmark(BenchmarkConfig):
 
     def run(self) -> Path:
         """Run the grid; returns the path of its report."""
-        from polite.experiments.benchmark.drive import benchmark
+        from polite.experiments.benchmark.execution import benchmark
 
         return benchmark(BenchmarkConfig(**vars(self)))
 

@@ -14,7 +14,8 @@ from polite.clips import FASTEST, Frames, frames_of, renderer
 from polite.dataset import Feedback
 from polite.files import read_json_object, remove_temporaries, sha256, write_json
 from polite.study.design import Design
-from polite.study.video import (
+from polite.types import PoliteError
+from polite.video import (
     ENCODING,
     ENDINGS,
     STRIP_FRAMES,
@@ -25,7 +26,6 @@ from polite.study.video import (
     write_strip,
     write_video,
 )
-from polite.types import PoliteError
 
 FOLDER: Final = "clips"
 """The clips' folder in a study's folder."""

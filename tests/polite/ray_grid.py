@@ -13,7 +13,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from polite.experiments.benchmark.drive import run_grid
+from polite.experiments.benchmark.execution import run_grid
 from polite.experiments.benchmark.grid import Run
 
 POINT = "registered_envs:Point-v0"

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 import pytest
 from ray_grid import RUNS
 
-from polite.experiments.benchmark.drive import run_grid
 from polite.experiments.benchmark.engines import LocalEngine
+from polite.experiments.benchmark.execution import run_grid
 from polite.experiments.benchmark.ray_engine import RayEngine
 from polite.types import PoliteError
 

@@ -15,15 +15,15 @@ from typing import Any
 
 import pytest
 
-from polite.experiments.benchmark import drive, grid
+from polite.experiments.benchmark import execution, grid
 from polite.experiments.benchmark.config import BenchmarkConfig
-from polite.experiments.benchmark.drive import BUSY, benchmark, run_grid
 from polite.experiments.benchmark.engines import LocalEngine
+from polite.experiments.benchmark.execution import BUSY, benchmark, run_grid
 from polite.experiments.benchmark.grid import Block, Run
 from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.page import identity
 from polite.experiments.benchmark.record import KEYS, read_record, record_path
-from polite.experiments.benchmark.standing import times_path
+from polite.experiments.benchmark.status import times_path
 from polite.experiments.run_folder import claim_folder, sole_run
 from polite.types import PoliteError
 
@@ -38,9 +38,9 @@ DEADLINE = 120.0
 DIES = """
 import os, signal, sys
 from pathlib import Path
-from polite.experiments.benchmark import drive
+from polite.experiments.benchmark import execution
 from polite.experiments.benchmark.engines import LocalEngine
-from polite.experiments.benchmark.standing import standing
+from polite.experiments.benchmark.status import grid_status
 from test_benchmark_runs import RUNS
 
 folder, pattern, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
@@ -48,15 +48,15 @@ folder, pattern, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
 def look(folder, runs):
     if list(folder.glob(pattern)):
         os.kill(os.getpid(), number)
-    return standing(folder, runs)
+    return grid_status(folder, runs)
 
 if __name__ == "__main__":
     # A shell's background job, and so the tests that it runs, ignores what Ctrl-C sends.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    drive.UPDATE_EVERY, drive.standing = 0.02, look
-    drive.Board.update = lambda self: self._look()
+    execution.UPDATE_EVERY, execution.grid_status = 0.02, look
+    execution.Board.update = lambda self: self._look()
     with LocalEngine(1) as engine:
-        drive.run_grid(folder, RUNS, engine)
+        execution.run_grid(folder, RUNS, engine)
 """
 """A driver that is killed as soon as its folder has a file."""
 
@@ -104,7 +104,7 @@ def test_a_finished_benchmark_that_goes_on_repeats_nothing(
     finished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(grid, "GRIDS", TINY)
-    monkeypatch.setattr(drive, "report_grid", lambda folder: folder)
+    monkeypatch.setattr(execution, "report_grid", lambda folder: folder)
     before = {path: path.stat().st_mtime_ns for path in (finished / "runs").iterdir()}
     config = BenchmarkConfig(out=finished, preset="smoke", resume=True)
     assert benchmark(config) == finished

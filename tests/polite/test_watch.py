@@ -21,8 +21,8 @@ from polite.plots.episode import below_frames
 from polite.policies.policy import GaussianPolicy, save_policy
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import FAST, RewardNet, predict
-from polite.study.video import read_video
 from polite.types import InvalidValueError, PoliteError
+from polite.video import read_video
 
 LIMIT = 30
 

@@ -2,6 +2,7 @@
 
 import gymnasium as gym
 import numpy as np
+import pygame
 import pytest
 from gymnasium.utils import env_checker
 from stable_baselines3.common import env_checker as sb3_checker
@@ -11,9 +12,10 @@ from socialnav_env.config import SCENARIOS
 
 SETTINGS = [
     *({"scenario": name} for name in SCENARIOS),
-    {"walking": "group"},
-    {"walking": "queue"},
-    {"ray_noise": 0.1, "tracking_noise": 0.1},
+    {"walking": "group", "num_humans": 12},
+    {"walking": "queue", "frame_skip": 1, "timestep": 0.1},
+    {"ray_noise": 0.1, "tracking_noise": 0.1, "render_mode": "rgb_array"},
+    {"terminate_on_goal": False, "terminate_on_collision": False},
 ]
 everywhere = pytest.mark.parametrize("settings", SETTINGS, ids=str)
 every_observation = pytest.mark.parametrize("observation", ["both", "state", "rays"])
@@ -26,6 +28,12 @@ every_action = pytest.mark.parametrize("action", ["unicycle", "holonomic"])
 def test_gymnasiums_checker_has_no_complaint(settings, observation, action):
     env = gym.make("SocialCorridor-v0", observation=observation, action=action, **settings)
     env_checker.check_env(env.unwrapped, skip_render_check=True)
+
+
+def test_gymnasiums_checker_renders_every_mode(monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env_checker.check_env(gym.make("SocialCorridor-v0", render_mode="rgb_array").unwrapped)
+    pygame.display.quit()
 
 
 @everywhere

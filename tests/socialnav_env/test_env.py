@@ -9,8 +9,6 @@ import numpy as np
 import pygame
 import pytest
 from episodes import episode, make
-from gymnasium.utils import env_checker
-from stable_baselines3.common import env_checker as sb3_checker
 
 import socialnav_env
 from socialnav_env.config import SCENARIOS, ConfigError
@@ -31,24 +29,6 @@ SETTINGS = [
 
 
 # --- what others expect of an env ----------------------------------------------------------------
-
-
-@pytest.mark.parametrize("settings", SETTINGS, ids=str)
-@pytest.mark.parametrize("render_mode", [None, "rgb_array"])
-def test_gymnasiums_checker_has_no_complaint(settings, render_mode):
-    env = make(render_mode=render_mode, **settings)
-    env_checker.check_env(env.unwrapped, skip_render_check=True)
-
-
-def test_gymnasiums_checker_renders_every_mode(monkeypatch):
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    env_checker.check_env(make(render_mode="rgb_array").unwrapped)
-    pygame.display.quit()
-
-
-@pytest.mark.parametrize("settings", SETTINGS, ids=str)
-def test_stable_baselines_checker_has_no_complaint(settings):
-    sb3_checker.check_env(make(**settings).unwrapped, warn=True, skip_render_check=True)
 
 
 def test_it_is_registered_by_its_module_too():

@@ -13,7 +13,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from polite.experiments.benchmark.standing import Running, Standing
+from polite.experiments.benchmark.status import GridStatus, Running
 
 LINE_EVERY = 30.0
 """Seconds between two lines where there is no terminal, at least."""
@@ -22,7 +22,7 @@ SILENT = 120.0
 """Seconds after which it is shown that a run has said nothing more: it may have been killed."""
 
 
-def one_line(now: Standing) -> str:
+def summary_line(now: GridStatus) -> str:
     """Counts and time to go."""
     left = "?" if now.seconds_left is None else str(timedelta(seconds=round(now.seconds_left)))
     text = f"{now.done} of {now.total} runs done, {len(now.running)} running, {now.left} left"
@@ -30,7 +30,7 @@ def one_line(now: Standing) -> str:
     return text if now.done == now.total else f"{text}; time to go {left}"
 
 
-def view(now: Standing) -> Group:
+def view(now: GridStatus) -> Group:
     """Counts, and a row for each run that is being done."""
     table = Table(box=None, pad_edge=False, header_style="dim")
     for name in ("run", "done", "true return", "what it does"):
@@ -38,7 +38,7 @@ def view(now: Standing) -> Group:
     for item in now.running:
         table.add_row(*_row(item))
     failed = [Text(f"failed: {run.name}", style="red") for run in now.failed]
-    return Group(Text(one_line(now), style="bold"), *([table] if now.running else []), *failed)
+    return Group(Text(summary_line(now), style="bold"), *([table] if now.running else []), *failed)
 
 
 def _row(item: Running) -> tuple[str, str, str, str]:
@@ -50,7 +50,7 @@ def _row(item: Running) -> tuple[str, str, str, str]:
 class Board:
     """Shows how far a grid is: a view that is kept up to date, or now and then a line."""
 
-    def __init__(self, look: Callable[[], Standing], console: Console) -> None:
+    def __init__(self, look: Callable[[], GridStatus], console: Console) -> None:
         """Set up.
 
         Args:
@@ -84,5 +84,5 @@ class Board:
         if self._live is not None:
             self._live.update(view(self._look()), refresh=True)
         elif time.monotonic() - self._shown >= LINE_EVERY:
-            self._console.print(one_line(self._look()), highlight=False, soft_wrap=True)
+            self._console.print(summary_line(self._look()), highlight=False, soft_wrap=True)
             self._shown = time.monotonic()

@@ -11,7 +11,7 @@ from torch.utils.tensorboard import SummaryWriter
 
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.record import Record, read_record
-from polite.experiments.benchmark.standing import Standing
+from polite.experiments.benchmark.status import GridStatus
 
 SHOWN = {"return": "true return", "length": "episode length"}
 """Columns of a curve and what they are called."""
@@ -42,7 +42,7 @@ class TensorBoard(AbstractContextManager["TensorBoard"]):
         for writer in self._writers.values():
             writer.close()
 
-    def follow(self, now: Standing) -> None:
+    def follow(self, now: GridStatus) -> None:
         """Write what running runs have added to their curves; the last point may still change."""
         for item in now.running:
             self._write(item.run, item.curve, len(item.curve["steps"]) - 1)

@@ -12,7 +12,7 @@ from polite.files import MARKER, read_json_object, write_atomically
 from polite.study.clips import check_source, load_clips, prepare_clips
 from polite.study.design import FILE, Design, parse_design, read_design
 from polite.study.folder import StudyFolder, check_design
-from polite.study.video import check_ffmpeg
+from polite.video import check_ffmpeg
 
 _PEOPLE, _PAIRS = 20, 20
 

@@ -21,8 +21,8 @@ from polite.plots.episode import FRAMES, Traces, below_frames, draw_episode
 from polite.plots.style import STYLE, WIDTH
 from polite.rewards.network import predict
 from polite.rollouts import collect
-from polite.study.video import check_ffmpeg, pad_to_even, write_video
 from polite.types import InvalidValueError, PoliteError, Trajectory
+from polite.video import check_ffmpeg, pad_to_even, write_video
 
 CLIPS: Final = (".webp", ".gif", ".mp4")
 PICTURES: Final = (".png", ".pdf")

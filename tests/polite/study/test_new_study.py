@@ -20,8 +20,8 @@ from polite.study.design import parse_design, read_design
 from polite.study.folder import StudyFolder
 from polite.study.quality import FAILED_CATCH_PAIRS, SAME_CHOICE, exclusion
 from polite.study.records import TrialRecord
-from polite.study.video import write_video
 from polite.types import InvalidValueError, PoliteError, Query, SegmentPool
+from polite.video import write_video
 
 SMALL = {"participants": 1, "comparisons": 2}
 

@@ -19,8 +19,8 @@ from polite.study.clips import (
     prepare_clips,
     used_segments,
 )
-from polite.study.video import pad_to_even, read_video, write_strip, write_video
 from polite.types import PoliteError, Query, ShapeError
+from polite.video import pad_to_even, read_video, write_strip, write_video
 
 
 def redesigned(design, **changes):

@@ -40,7 +40,7 @@ class Running:
 
 
 @dataclass(frozen=True)
-class Standing:
+class GridStatus:
     """How far a grid is."""
 
     total: int
@@ -67,7 +67,7 @@ def failure_path(folder: Path, run: Run) -> Path:
     return folder / "failed" / f"{run.name}.txt"
 
 
-def standing(folder: Path, runs: Sequence[Run]) -> Standing:
+def grid_status(folder: Path, runs: Sequence[Run]) -> GridStatus:
     """Read how far the runs are.
 
     Args:
@@ -79,7 +79,7 @@ def standing(folder: Path, runs: Sequence[Run]) -> Standing:
     told = {run: read_live(folder, run) for run in open_runs if run not in failed}
     running = tuple(_running(folder, run, content) for run, content in told.items() if content)
     waiting = [run for run, content in told.items() if not content]
-    return Standing(
+    return GridStatus(
         total=len(runs),
         done=len(runs) - len(open_runs),
         failed=failed,

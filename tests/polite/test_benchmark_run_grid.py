@@ -19,11 +19,11 @@ from rich.console import Console
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from polite.dataset import Feedback
-from polite.experiments.benchmark import board, drive, settings
+from polite.experiments.benchmark import board, execution, settings
 from polite.experiments.benchmark import run as run_module
-from polite.experiments.benchmark.board import Board, one_line, view
+from polite.experiments.benchmark.board import Board, summary_line, view
 from polite.experiments.benchmark.config import BenchmarkConfig
-from polite.experiments.benchmark.drive import benchmark, run_grid
+from polite.experiments.benchmark.execution import benchmark, run_grid
 from polite.experiments.benchmark.grid import Run, planned
 from polite.experiments.benchmark.live import Live, live_path
 from polite.experiments.benchmark.machine import machine
@@ -47,7 +47,7 @@ from polite.experiments.benchmark.settings import (
     learning_config,
     pebble_settings,
 )
-from polite.experiments.benchmark.standing import failure_path, standing, times_path
+from polite.experiments.benchmark.status import failure_path, grid_status, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.run_folder import claim_folder
 from polite.files import marks, write_json
@@ -185,13 +185,13 @@ def test_records_of_other_settings_are_repeated_and_that_is_said(
 ) -> None:
     first, last = RUNS[0], RUNS[3]
     run_grid(folder, [first, last], Here())
-    assert standing(folder, [first, last]).done == 2
+    assert grid_status(folder, [first, last]).done == 2
     unnamed = record_of(first)
     del unnamed["settings"]
     write_json(record_path(folder, first), unnamed)
     write_json(record_path(folder, last), record_of(last) | {"settings": "0123456789abcdef"})
     assert read_records(folder, RUNS) == []
-    assert standing(folder, [first, last]).done == 0
+    assert grid_status(folder, [first, last]).done == 0
     run_grid(folder, [first, last], Here())
     assert "2 finished runs were made with other settings and are repeated" in (
         capsys.readouterr().err
@@ -290,13 +290,13 @@ def begin(folder: Path) -> None:
 
 def test_how_far_a_grid_is_can_be_read_from_its_folder(folder: Path) -> None:
     begin(folder)
-    now = standing(folder, RUNS)
+    now = grid_status(folder, RUNS)
     assert (now.total, now.done, now.left) == (4, 1, 1)
     assert now.failed == (RUNS[1],)
     assert [item.run for item in now.running] == [RUNS[2]]
     assert now.seconds_left == 100.0 + 60.0  # one process does the rest of one run, then another
     text = "1 of 4 runs done, 1 running, 1 left, 1 failed; time to go 0:02:40"
-    assert one_line(now) == text
+    assert summary_line(now) == text
     console = Console(file=StringIO(), width=200)
     console.print(view(now))
     shown = console.file.getvalue()  # type: ignore[attr-defined]
@@ -305,7 +305,7 @@ def test_how_far_a_grid_is_can_be_read_from_its_folder(folder: Path) -> None:
     assert "ago" not in shown
     long_ago = live_path(folder, RUNS[2]).stat().st_mtime - 3600
     os.utime(live_path(folder, RUNS[2]), (long_ago, long_ago))
-    console.print(view(standing(folder, RUNS)))
+    console.print(view(grid_status(folder, RUNS)))
     assert "training the policy, said 1:00:" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
@@ -319,7 +319,7 @@ def test_a_new_cell_takes_as_long_as_the_likest_one_that_is_known(folder: Path) 
         write_json(
             live_path(folder, run), {"says": "", "share": 0, "seconds": 0, "curve": {"return": []}}
         )
-        now = standing(folder, [slow, quick, run])
+        now = grid_status(folder, [slow, quick, run])
         live_path(folder, run).unlink()
         return now.seconds_left
 
@@ -352,12 +352,12 @@ def test_without_a_terminal_a_line_is_printed_now_and_then(
     clock = iter([0.0, 0.0, 29.0, 31.0, 31.0, 40.0, 40.0])
     monkeypatch.setattr(board.time, "monotonic", lambda: next(clock))
     console = Console(file=StringIO(), width=200)
-    with Board(lambda: standing(folder, RUNS), console) as shown:
+    with Board(lambda: grid_status(folder, RUNS), console) as shown:
         for _ in range(3):
             shown.update()
     lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert len(lines) == 3  # at once, after half a minute, and at the end
-    assert set(lines) == {one_line(standing(folder, RUNS))}
+    assert set(lines) == {summary_line(grid_status(folder, RUNS))}
 
 
 def scalars(folder: Path, run: Run) -> dict[str, list[tuple[int, float]]]:
@@ -380,11 +380,11 @@ def test_tensorboard_is_told_each_point_once(folder: Path) -> None:
     write_json(live_path(folder, running), says | {"curve": begun})
     for _ in range(2):  # the second time as after a kill: the unfinished run begins anew
         with TensorBoard(folder, [done, running]) as log:
-            log.follow(standing(folder, RUNS))
-            log.follow(standing(folder, RUNS))
+            log.follow(grid_status(folder, RUNS))
+            log.follow(grid_status(folder, RUNS))
             live_path(folder, running).unlink()
             write_json(live_path(folder, running), says | {"curve": curve})
-            log.follow(standing(folder, RUNS))
+            log.follow(grid_status(folder, RUNS))
     whole = {
         "true return": [(10, 1.0), (20, 2.0), (30, 4.0)],
         "episode length": [(10, 5.0), (20, 6.0), (30, 7.0)],
@@ -403,8 +403,8 @@ def test_a_folder_takes_further_parts_of_the_same_preset_only(
         def __exit__(self, *_: object) -> None: ...
 
     engine = Engine()
-    monkeypatch.setattr(drive, "engine_of", lambda _: engine)
-    monkeypatch.setattr(drive, "report_grid", lambda folder: folder / "report.html")
+    monkeypatch.setattr(execution, "engine_of", lambda _: engine)
+    monkeypatch.setattr(execution, "report_grid", lambda folder: folder / "report.html")
     config = BenchmarkConfig(out=folder, method=("ground-truth",), seeds=(3, 4), stage=(1,))
     with pytest.raises(PoliteError, match="--resume"):
         benchmark(config)

@@ -20,7 +20,7 @@ from polite.experiments.benchmark.live import live_path
 from polite.experiments.benchmark.page import identity, preset_in, report_grid
 from polite.experiments.benchmark.record import made_otherwise, read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
-from polite.experiments.benchmark.standing import Standing, failure_path, standing, times_path
+from polite.experiments.benchmark.status import GridStatus, failure_path, grid_status, times_path
 from polite.experiments.run_folder import sole_run
 from polite.experiments.workers import cores
 from polite.files import one_line, write_atomically, write_json
@@ -100,7 +100,7 @@ def show_status(config: BenchmarkConfig) -> Path:
     """
     preset: Any = preset_in(config.out)
     runs = select(replace(config, preset=preset))
-    Console(soft_wrap=True).print(view(standing(config.out, runs)))
+    Console(soft_wrap=True).print(view(grid_status(config.out, runs)))
     return config.out
 
 
@@ -129,8 +129,8 @@ def run_grid(
     futures = {engine.submit(carry_out, run, folder.absolute()): run for run in left}
     failures = {}
 
-    def look() -> Standing:
-        now = standing(folder, runs)
+    def look() -> GridStatus:
+        now = grid_status(folder, runs)
         if log is not None:
             log.follow(now)
         return now
