@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import Field, fields, is_dataclass, replace
+from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, Final
 
@@ -19,7 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import RANDOM_SEGMENTS, MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
-from polite.methods.schedules import LATER, EqualUpdates
+from polite.methods.schedules import LATER, SCHEDULES, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
@@ -27,15 +27,27 @@ from polite.types import InvalidValueError
 
 PRESETS: Final = ("smoke", "fast", "paper")
 """Of the grid; paper has the paper's reward network and PPO."""
-VARIANTS: Final[Mapping[str, Mapping[str, Any]]] = {
-    "": {},
-    "no-termination": {"terminate_when_unhealthy": False},
-    "shuffled": {},
-    "equal-updates": {},
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Another way to train; without settings of its own it is the plain one."""
+
+    env: Mapping[str, Any] = field(default_factory=dict)
+    """Keywords of the env."""
+    schedule: Schedule = SCHEDULES["sessions"]
+    """When the teacher is asked, and how often the reward model is updated; PPO's methods only."""
+    shuffled: bool = False
+    """Whether the highlights of a session are dealt out anew among its answers."""
+
+
+VARIANTS: Final[Mapping[str, Variant]] = {
+    "": Variant(),
+    "no-termination": Variant(env={"terminate_when_unhealthy": False}),
+    "shuffled": Variant(shuffled=True),
+    "equal-updates": Variant(schedule=EqualUpdates(reference=200)),  # as many as the headline's
 }
-"""Keywords of the env in each variant."""
-EQUAL_UPDATES: Final = 200
-"""The budget whose number of updates the variant "equal-updates" copies: the headline's."""
+"""By the names that runs have for them."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
@@ -50,24 +62,17 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    preset = env_preset(run)
+    preset, smoke = env_preset(run), run.preset == "smoke"
     config = LearningConfig(
         method=METHODS[run.method],
         queries=run.queries,
         steps=run.steps,
-        schedule=_schedule(run),
+        schedule=replace(VARIANTS[run.variant].schedule, **(SMOKE if smoke else {})),
         net=preset.net,
         training=preset.training,
         ppo=preset.ppo,
     )
     return config, preset
-
-
-def _schedule(run: Run) -> Schedule:
-    epochs = SMOKE if run.preset == "smoke" else {}
-    if run.variant == "equal-updates":
-        return EqualUpdates(reference=EQUAL_UPDATES, **epochs)
-    return Schedule(**epochs)
 
 
 def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
@@ -76,9 +81,9 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    if run.variant == "equal-updates":
-        raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     preset = env_preset(run)
+    if VARIANTS[run.variant].schedule != SCHEDULES["sessions"]:
+        raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     config = pebble_config(
         run.queries,
         run.steps,
@@ -99,7 +104,8 @@ def env_preset(run: Run) -> EnvPreset:
         raise InvalidValueError(
             f"expected a preset of {PRESETS} and a variant of {tuple(VARIANTS)}, got {run}"
         )
-    if run.variant == "shuffled" and run.highlights is None:
+    variant = VARIANTS[run.variant]
+    if variant.shuffled and run.highlights is None:
         raise InvalidValueError(f"expected highlights that can be shuffled, got {run}")
     preset = preset_of(run.env)
     if run.preset == "paper":
@@ -108,8 +114,8 @@ def env_preset(run: Run) -> EnvPreset:
         preset = preset.with_highlights(run.highlights)
     preset = replace(
         preset,
-        settings={**preset.settings, **VARIANTS[run.variant]},
-        shuffled=run.variant == "shuffled",
+        settings={**preset.settings, **variant.env},
+        shuffled=variant.shuffled,
     )
     if run.loss is not None:
         preset = replace(preset, training=replace(preset.training, preference=run.loss))
@@ -162,15 +168,15 @@ def canonical(run: Run) -> str:
 
 def _telling(value: Any) -> Iterator[Field[Any]]:
     """The fields of a dataclass, without later ones that are at their defaults."""
-    for field in fields(value):
-        if not (field.metadata == LATER and getattr(value, field.name) == field.default):
-            yield field
+    for each in fields(value):
+        if not (each.metadata == LATER and getattr(value, each.name) == each.default):
+            yield each
 
 
 def _plain(value: Any) -> Any:
     """What JSON has no form for."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: getattr(value, field.name) for field in _telling(value)}
+        return {each.name: getattr(value, each.name) for each in _telling(value)}
     if isinstance(value, Mapping):
         return dict(value)
     return value.__qualname__
