@@ -7,6 +7,7 @@ actions change less, and marks the calmest moment as good. Nothing here sees the
 """
 
 import argparse
+from functools import partial
 
 import numpy as np
 
@@ -17,8 +18,6 @@ from polite.methods.presets import preset_of
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import predict
 
-LENGTH = 5  # L, steps that a highlight reaches back
-
 
 def jerks(segment):
     """How much the action changes at each step, (t,)."""
@@ -26,15 +25,18 @@ def jerks(segment):
     return np.concatenate([changes[:1], changes])
 
 
-def likes_smooth_driving(pool, queries, rng):
-    """An answer to each pair, with the calmest window of the preferred clip as its highlight."""
+def likes_smooth_driving(pool, queries, rng, length):
+    """An answer to each pair, with the calmest window of the preferred clip as its highlight.
+
+    The window has length + 1 steps; the loss has to be told the same length L.
+    """
     answers = []
     for number, query in enumerate(queries):
         clips = [jerks(pool[query.first]), jerks(pool[query.second])]
         better = int(clips[1].mean() < clips[0].mean())
-        calm = np.convolve(clips[better], np.ones(LENGTH + 1), mode="valid")
+        calm = np.convolve(clips[better], np.ones(length + 1), mode="valid")
         preference = (0.0, 1.0) if better else (1.0, 0.0)
-        highlight = Highlight(end=int(calm.argmin()) + LENGTH, length=LENGTH)
+        highlight = Highlight(end=int(calm.argmin()) + length, length=length)
         answers.append(Answer(number, preference, positive=highlight))
     return answers
 
@@ -46,7 +48,7 @@ def main(env, steps):
     )
     learned = learn(
         lambda count, seed: make_vec_env(env, count, seed, **preset.settings),
-        lambda pool: likes_smooth_driving,
+        lambda pool: partial(likes_smooth_driving, length=preset.training.highlight_length),
         config,
         seed=0,
     )

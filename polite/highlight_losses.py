@@ -44,10 +44,10 @@ def window_means(rewards: Tensor, *, length: int, decay: float) -> Tensor:
     Returns:
         The mean of the window that ends at each step, (…, m).
     """
-    weights = decay ** torch.arange(length, -1, -1, dtype=rewards.dtype)
+    weights = decay ** torch.arange(length, -1, -1, dtype=rewards.dtype, device=rewards.device)
     windows = pad(rewards, (length, 0)).unfold(-1, length + 1, 1)  # (…, m, L + 1)
-    present = pad(torch.ones(rewards.shape[-1]), (length, 0)).unfold(-1, length + 1, 1)
-    return (windows @ weights) / (present.to(rewards.dtype) @ weights)
+    present = pad(weights.new_ones(rewards.shape[-1]), (length, 0)).unfold(-1, length + 1, 1)
+    return (windows @ weights) / (present @ weights)
 
 
 def choice_loss(
@@ -112,7 +112,7 @@ def rival_loss(
     """
     means = (length + 1) * window_means(rewards, length=length, decay=decay)
     ends = anchors.clamp(min=0)
-    others = ~torch.eye(len(anchors), dtype=torch.bool)
+    others = ~torch.eye(len(anchors), dtype=torch.bool, device=anchors.device)
     rivals, real = means[:, ends].T, mask[:, ends].T & others  # (B, B): row i, the others at j_i
     leads = logsigmoid(sign * (_marked(means, ends)[:, None] - rivals)).where(real, 0.0)
     mean = leads.sum(dim=1) / real.sum(dim=1).clamp(min=1)

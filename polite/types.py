@@ -105,7 +105,8 @@ class Highlight:
     end: int
     """The anchor j, the window's last step."""
     length: int
-    """L, how many steps it reaches back, so it has at most L + 1 steps."""
+    """L, how many steps it reaches back, so it has at most L + 1 steps. A loss takes its own L for
+    all (`RewardTrainingConfig.highlight_length`): mark with that one."""
 
     def __post_init__(self) -> None:
         """Check that neither number is negative.

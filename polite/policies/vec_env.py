@@ -99,16 +99,14 @@ class GymnasiumVecEnv(VecEnv):
             NotFiniteError: The env gave NaN or infinity.
         """
         observations, rewards, terminated, truncated, info = self.vector_env.step(self._actions)
-        if not (np.isfinite(observations).all() and np.isfinite(rewards).all()):
-            raise NotFiniteError(
-                "the env gave an observation or reward that is NaN or infinite; check the env"
-            )
+        _check_finite(observations, rewards)
         self.last_info = info
         ended = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for n in np.flatnonzero(ended).tolist():
             infos[n] = _values_of(info.get("final_info", {}), n)
-            infos[n]["terminal_observation"] = info["final_obs"][n]
+            last = infos[n]["terminal_observation"] = info["final_obs"][n]
+            _check_finite(last)  # above is what the reset observes
             infos[n]["TimeLimit.truncated"] = bool(truncated[n] and not terminated[n])
         return np.asarray(observations), np.asarray(rewards, np.float32), ended, infos
 
@@ -137,6 +135,18 @@ class GymnasiumVecEnv(VecEnv):
         if indices is None:
             return list(range(self.num_envs))
         return [indices] if isinstance(indices, int) else list(indices)
+
+
+def _check_finite(*arrays: NDArray[Any]) -> None:
+    """Refuse what would spread through a training before anybody sees it.
+
+    Raises:
+        NotFiniteError: It is NaN or infinite.
+    """
+    if not all(np.isfinite(array).all() for array in arrays):
+        raise NotFiniteError(
+            "the env gave an observation or reward that is NaN or infinite; check the env"
+        )
 
 
 def _values_of(info: dict[str, Any], n: int) -> dict[str, Any]:

@@ -230,7 +230,9 @@ def predict(
         ("actions", actions, net.action_size),
     ):
         if np.shape(array) != (*rows, size):
-            raise ShapeError(f"{name}: the reward model expects {(*rows, size)}, got {array.shape}")
+            raise ShapeError(
+                f"{name}: the reward model expects {(*rows, size)}, got {np.shape(array)}"
+            )
         check_finite(name, array)
     inputs = np.concatenate([observations, actions], axis=-1, dtype=np.float32, casting="same_kind")
     with torch.no_grad():

@@ -20,6 +20,10 @@ from polite.types import InvalidValueError
 _PREFERENCE_LOSSES = {"pairwise": preference_loss, "released": released_preference_loss}
 
 
+LEAST_HELD_OUT = 10
+"""Held-out answers that have to say something before a training is stopped by them."""
+
+
 @dataclass(frozen=True)
 class RewardTrainingConfig:
     """How a reward model is trained."""
@@ -176,14 +180,16 @@ def batch_loss(
 def validation_loss(
     score: Callable[[Tensor], Tensor], held_out: PreferenceData | None, config: RewardTrainingConfig
 ) -> float | None:
-    """L_pref of the held-out answers, mean over members; None where no answer has a preference.
+    """L_pref of the held-out answers, mean over members; None where it would be mostly chance.
+
+    That is where fewer than `LEAST_HELD_OUT` of them say anything.
 
     Args:
         score: (s, a) of the answers' pairs, (Q, 2, m, n + v), to r̂ without dropout, (…, Q, 2, m).
         held_out: the answers, if any are held out.
         config: the form of L_pref.
     """
-    if held_out is None or not held_out.mu.any():
+    if held_out is None or int(held_out.mu.any(dim=-1).sum()) < LEAST_HELD_OUT:
         return None
     with torch.no_grad():
         rewards = score(held_out.inputs[held_out.pairs])

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import isclose
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from polite.types import Answer, Floats64, Highlight, Query, SegmentPool
 
@@ -27,10 +29,12 @@ CandidateRule = Callable[[Floats64, int, int], Candidate]
 
 
 def trailing_sums(rewards: Floats64, steps: int) -> Floats64:
-    """Sum of the last `steps` rewards, fewer at the beginning, at every step, (t,) → (t,)."""
-    sums = np.concatenate([[0.0], np.cumsum(rewards)])
-    ends = np.arange(1, len(sums))
-    trailing: Floats64 = sums[ends] - sums[np.maximum(ends - steps, 0)]
+    """Sum of the last `steps` rewards, fewer at the beginning, at every step, (t,) → (t,).
+
+    Each window by itself: equal windows have equal sums, to the last bit.
+    """
+    padded = np.concatenate([np.zeros(steps - 1), rewards])
+    trailing: Floats64 = sliding_window_view(padded, steps).sum(axis=-1)
     return trailing
 
 
@@ -66,6 +70,11 @@ def passes_sign_test(rewards: Floats64, highlight: Highlight, sign: int) -> bool
     return bool(sign * rewards[highlight.window].sum() > 0)
 
 
+def _equal(score: float, threshold: float) -> bool:
+    """Whether nothing but rounding tells two means of rewards apart."""
+    return isclose(score, threshold, rel_tol=1e-9, abs_tol=1e-12)
+
+
 def place_highlight(
     rewards: Floats64,
     sign: int,
@@ -80,13 +89,13 @@ def place_highlight(
         rewards: reward of each real step, (t,).
         sign: +1 for h⁺, −1 for h⁻.
         length: L.
-        threshold: the score must be above it (+1) or below it (−1).
+        threshold: the score must be above it (+1) or below it (−1), by more than rounding.
         rule: which moment, with which score.
         sign_test: whether the window's own sum must have the sign too.
     """
     candidate = rule(rewards, sign, length)
     highlight = Highlight(candidate.end, length)
-    past = sign * candidate.score > sign * threshold
+    past = sign * candidate.score > sign * threshold and not _equal(candidate.score, threshold)
     right = not sign_test or passes_sign_test(rewards, highlight, sign)
     return highlight if past and right else None
 

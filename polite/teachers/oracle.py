@@ -42,7 +42,7 @@ class Oracle(Marking):
         """
         super().__post_init__()
         if (
-            self.tie_threshold < 0
+            not self.tie_threshold >= 0
             or not 0 <= self.flip_probability <= 1
             or self.tie not in (UNRELATED, EQUAL)
         ):

@@ -21,8 +21,10 @@ class CountingEnv(gym.Env):
     observation_space = gym.spaces.Box(-1e6, 1e6, (2,), np.float64)
     action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
-    def __init__(self, lengths: tuple[int, ...] = (5,), spoiled_at: int = -1) -> None:
-        self.lengths, self.spoiled_at = lengths, spoiled_at
+    def __init__(
+        self, lengths: tuple[int, ...] = (5,), spoiled_at: int = -1, blind_at: int = -1
+    ) -> None:
+        self.lengths, self.spoiled_at, self.blind_at = lengths, spoiled_at, blind_at
         self.episode, self.steps = -1, 0
 
     def reset(self, *, seed=None, options=None):
@@ -39,7 +41,8 @@ class CountingEnv(gym.Env):
         return self._observe(), reward, ended, False, {"success": float(ended)}
 
     def _observe(self):
-        return np.array([self.steps, self.episode], dtype=np.float64)
+        seen = np.nan if self.steps == self.blind_at else self.steps
+        return np.array([seen, self.episode], dtype=np.float64)
 
 
 class TalkativeEnv(CountingEnv):

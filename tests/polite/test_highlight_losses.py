@@ -149,6 +149,14 @@ def test_many_batches_at_once_are_each_by_itself(form) -> None:
     torch.testing.assert_close(at_once, one_by_one)
 
 
+@forms
+def test_a_form_is_computed_where_the_rewards_are(form) -> None:
+    """On a GPU, say; the device "meta" only follows shapes and places."""
+    rewards, mask = torch.zeros(3, 8, device="meta"), torch.ones(3, 8, device="meta").bool()
+    anchors = torch.zeros(3, dtype=torch.int64, device="meta")
+    assert form(rewards, mask, anchors, length=3, decay=0.7, sign=+1).device.type == "meta"
+
+
 def test_a_form_takes_the_place_of_equations_4_and_5_in_6() -> None:
     rewards, mask, anchors = segments()
     mu = torch.tensor([[1.0, 0.0]]).expand(5, 2).double()

@@ -55,12 +55,25 @@ def test_the_paper_form_finds_the_best_window_of_all(rewards, length):
 @pytest.mark.parametrize("rule", [released_candidate, paper_candidate])
 def test_a_highlight_needs_a_score_past_the_threshold(rule):
     score = rule(REWARDS, +1, 2).score
-    below, at = np.nextafter(score, -np.inf), score
+    below, barely = score - 1e-6, np.nextafter(score, -np.inf)
+    for at in (score, barely, np.inf):  # past it by rounding alone is not past it
+        assert place_highlight(REWARDS, +1, 2, at, rule) is None
+        assert place_highlight(-REWARDS, -1, 2, -at, rule) is None
     assert place_highlight(REWARDS, +1, 2, below, rule) is not None
-    assert place_highlight(REWARDS, +1, 2, at, rule) is None
-    assert place_highlight(REWARDS, +1, 2, np.inf, rule) is None
-    assert place_highlight(-REWARDS, -1, 2, -at, rule) is None
     assert place_highlight(-REWARDS, -1, 2, -below, rule) is not None
+
+
+@pytest.mark.parametrize("pay", [0.1, 0.7, -0.1, -0.02])
+def test_where_the_reward_is_flat_rounding_marks_nothing(pay):
+    """Differences of a running sum put h⁻ on every clip of an env that pays .1 a step."""
+    flat, goal = np.full(50, pay), np.full(50, pay)
+    goal[30] += 1.0
+    for threshold in (pay, np.mean([pay] * 3), trailing_means(flat)[-1]):
+        how = {"length": 5, "threshold": threshold, "rule": released_candidate, "sign_test": False}
+        assert place_highlight(flat, +1, **how) is place_highlight(flat, -1, **how) is None
+        assert place_highlight(goal, +1, **how) == Highlight(30, 5)
+        assert place_highlight(goal, -1, **how) is None
+    assert len(set(trailing_sums(goal, 3)[2:30])) == 1
 
 
 def test_a_highlight_needs_the_right_sign_over_its_own_window():

@@ -107,8 +107,13 @@ def test_a_vector_env_that_resets_at_another_time_is_refused(mode) -> None:
         GymnasiumVecEnv(inner, 0)
 
 
-def test_nan_from_the_env_is_an_error_at_once() -> None:
-    env = vec_env(spoiled_at=2)
+@pytest.mark.parametrize(
+    "where",
+    [{"spoiled_at": 2}, {"blind_at": 2}, {"blind_at": 2, "lengths": (2,)}],
+    ids=["reward", "observation", "an episode's last observation"],
+)
+def test_nan_from_the_env_is_an_error_at_once(where) -> None:
+    env = vec_env(**where)
     env.reset()
     env.step(ZEROS)
     with pytest.raises(NotFiniteError, match="check the env"):

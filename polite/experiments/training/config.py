@@ -4,13 +4,33 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
 from polite.types import InvalidValueError
 
+_ON_HIGHLIGHTS = (
+    "highlights",
+    "highlight_length",
+    "highlight_decay",
+    "marks",
+    "highlights_missed",
+    "highlights_wrong_sign",
+    "highlights_shifted",
+)
+_ON_ANSWERS = ("teacher", "schedule", "sampler", "show_ends", "loss", *_ON_HIGHLIGHTS)
+_UNHEARD = {
+    "ground-truth": (*_ON_ANSWERS, "members", "normalise"),
+    "sac": _ON_ANSWERS,
+    "untrained": _ON_ANSWERS,
+    "preferences": _ON_HIGHLIGHTS,
+    "pebble": _ON_HIGHLIGHTS,
+    "highlights": ("loss",),
+}
+"""What each method never looks at. The queries are not here, so that one line of a script serves
+every method."""
 _LEAST = {"queries": 0, "steps": 1, "seed": 0, "members": 1, "evaluation_episodes": 1}
 
 
@@ -49,7 +69,9 @@ class TrainConfig:
     queries: int = 200
     """Pairs of clips that the teacher is asked about."""
     steps: int = 200_000
-    """Steps on which the policy is trained; those spent on collecting clips come on top."""
+    """Steps on which the policy is trained, in whole rollouts (PPO's learning rate falls to 0 with
+    the last of them, so that one alone trains nothing); those spent on collecting clips come on
+    top."""
     seed: int = 0
     """Everything random follows from it."""
     teacher: Literal["polite", "oracle", "equal", "skip", "mistake", "myopic", "stochastic"] = (
@@ -78,8 +100,8 @@ class TrainConfig:
     """Whether r̂ is shifted and scaled after each session, to mean 0 and spread 1 over the clips so
     far. Not for PEBBLE."""
     validation_share: float = 0.0
-    """Share of the answers that is held out, so that the reward model's training stops early. Not
-    for PEBBLE."""
+    """Share of the answers that is held out, so that the reward model's training stops early; it
+    does not while fewer than ten of those say anything. Not for PEBBLE."""
     show_ends: bool = False
     """Whether clips may be cut short where the env ended an episode early, so that answers say what
     an end costs. Not for PEBBLE."""
@@ -123,6 +145,7 @@ class TrainConfig:
             if not 0 <= getattr(self, name) <= 1:
                 raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
         parse_env_settings(self.env_settings)
+        self._check_heard()
         self._check_teacher()
         self._check_reward_model()
         if self.method in ("pebble", "polite-pebble", "sac"):
@@ -132,6 +155,19 @@ class TrainConfig:
                 "sampler: expected uniform where everything is asked up front, since nothing is "
                 f"learned before, got {self}"
             )
+
+    def _check_heard(self) -> None:
+        """What the method never looks at would go unheard.
+
+        Raises:
+            InvalidValueError: naming it.
+        """
+        defaults = {field.name: field.default for field in fields(self)}
+        for name in _UNHEARD.get(self.method, ()):
+            if getattr(self, name) != defaults[name]:
+                raise InvalidValueError(
+                    f"{name}: {self.method} has no use for it; leave it out, got {self}"
+                )
 
     def _check_teacher(self) -> None:
         """A number that this teacher does not have would go unheard.
@@ -150,13 +186,11 @@ class TrainConfig:
                 raise InvalidValueError(f"{name}: only for {' and '.join(teachers)}, got {self}")
 
     def _check_reward_model(self) -> None:
-        """What has no reward model scales none, and without preferences nothing can be held out.
+        """Without preferences nothing can be held out.
 
         Raises:
-            InvalidValueError: naming what would go unheard.
+            InvalidValueError: if something should be.
         """
-        if self.normalise and self.method == "ground-truth":
-            raise InvalidValueError(f"normalise: expected a method with a reward model, got {self}")
         if self.validation_share and self.method not in ("polite", "preferences"):
             raise InvalidValueError(
                 "validation_share: expected a method that learns from preferences by PPO, got "

@@ -13,7 +13,9 @@ from polite.policies.policy import Policy
 from polite.rollouts import evaluate
 
 EVALUATION_SEED = 1_000_000
-"""Added to the run's seed, so that the policy is judged on scenes that it was not trained on."""
+"""Added to the run's seed, so that the policy is judged on scenes that it was not trained on.
+Episode n adds n: trainings of one seed are judged on the same scenes whatever their method, and of
+neighbouring seeds on all but one, so that differences between methods are not of scenes."""
 RATES = {
     "success": "success_rate",
     "intermittent": "intermittent_rate",

@@ -201,6 +201,6 @@ def draw_learning_curve(path: Path, results: Results) -> None:
             if name != "return":
                 ax.set_ylim(-0.02, 1.02)
         axes[0].set_title("{method}, {env}, seed {seed}".format(**results["config"]))
-        if results["sessions"]:
+        if shown and results["sessions"]:
             axes[0].legend(loc="lower right")
         write_atomically(path, figure.savefig)
