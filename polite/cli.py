@@ -62,7 +62,14 @@ class Report:
         held = marks(self.folder)
         if GRID in held:
             return report_grid(self.folder)
-        return report_bench(self.folder) if BENCH in held else write_report(self.folder)
+        if BENCH in held:
+            return report_bench(self.folder)
+        if {"env", "method"} <= held:
+            raise PoliteError(
+                f"{self.folder} is of `polite train`, which draws its learning curve itself; "
+                "`polite watch` shows an episode"
+            )
+        return write_report(self.folder)
 
 
 @dataclass(frozen=True)

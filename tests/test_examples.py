@@ -178,8 +178,8 @@ def test_replicate_study(tmp_path):
     assert (tmp_path / "run" / "report.html").exists()
 
 
-def test_own_teacher():
-    told = run("own_teacher.py", "Pendulum-v1", 4096)
+def test_own_teacher(tmp_path):
+    told = run("own_teacher.py", "Pendulum-v1", 4096, "--out", tmp_path / "smooth")
     answers, correlation = told.split(" answers; r̂ and smoothness correlate: ")
     assert answers == "50" and float(correlation) > 0.0
 

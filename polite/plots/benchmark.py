@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from polite.analysis.benchmark_records import PAIRWISE
 from polite.analysis.numbers import as_array
@@ -27,8 +27,6 @@ ORDER = (
     "untrained",
 )
 """The methods as legends list them."""
-ROUND = (50, 100, 200, 400, 800, 1600)
-"""Budgets that the axis of queries names; others get a tick without a name."""
 
 
 def draw_learning_curves(ax: Axes, cells: Cells) -> Axes:
@@ -160,11 +158,9 @@ def _method_name(cell: Mapping[str, Any]) -> str:
 
 
 def _query_axis(ax: Axes, budgets: Sequence[int]) -> None:
-    """A log2 axis that names round budgets, and only ticks the others."""
+    """A log2 axis that names the budgets."""
     ax.set_xscale("log", base=2)
     ax.set_xlabel("queries")
-    named = [queries for queries in budgets if queries in ROUND] or list(budgets)
-    ax.xaxis.set_major_locator(FixedLocator(named))
+    ax.xaxis.set_major_locator(FixedLocator(budgets))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_locator(FixedLocator(sorted(set(budgets) - set(named))))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.xaxis.set_minor_locator(NullLocator())

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from polite.files import one_line, write_atomically
+from polite.files import write_atomically
 from polite.types import PoliteError, ShapeError
 
 CLIP = 10.0
@@ -208,8 +208,10 @@ def load_policy(path: Path | str) -> Policy:
     try:
         return unpack_policy(torch.load(path, weights_only=True))
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
-        reason = one_line(error)
-        raise PoliteError(f"{path}: expected a policy that polite saved ({reason})") from None
+        raise PoliteError(
+            f"{path}: expected a policy that polite saved; it is damaged or something else "
+            f"({type(error).__name__})"
+        ) from None
 
 
 def pack_policy(policy: Policy) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from polite.report.words import number, stored
 
 Results = Mapping[str, Any]
 
-BENCH = "highlights"
+BENCH = "highlight_bench"
 """Marks the folder of a bench, in its run.json."""
 TITLE = "What a highlight says: forms of the highlight loss, compared offline"
 SIMULATED = (

@@ -8,7 +8,7 @@ from typing import Any
 
 import torch
 
-from polite.files import one_line, write_atomically
+from polite.files import write_atomically
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNet, RewardNetConfig
 from polite.types import PoliteError
@@ -44,8 +44,10 @@ def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
             return RewardEnsemble([_network(content, state) for state in content["members"]])
         return _network(content, content["state"])
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
-        reason = one_line(error)
-        raise PoliteError(f"{path}: expected a reward model that polite saved ({reason})") from None
+        raise PoliteError(
+            f"{path}: expected a reward model that polite saved; it is damaged or something else "
+            f"({type(error).__name__})"
+        ) from None
 
 
 def _network(content: dict[str, Any], state: dict[str, Any]) -> RewardNet:

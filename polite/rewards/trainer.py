@@ -66,22 +66,26 @@ class RewardTrainingConfig:
         """Check the ranges.
 
         Raises:
-            InvalidValueError: naming the valid ranges, if a value is outside.
+            InvalidValueError: naming the setting that is outside of its range.
         """
-        if (
-            min(self.epochs, self.batch_size, self.patience) < 1
-            or self.learning_rate <= 0
-            or min(self.weight_decay, self.highlight_length) < 0
-            or min(self.alpha_positive, self.alpha_negative) < 0
-            or not 0 <= self.highlight_decay <= 1
-            or not 0 <= self.validation_share < 1
-            or not (self.stop_accuracy is None or 0 < self.stop_accuracy < 1)
-        ):
-            raise InvalidValueError(
-                "expected epochs, batch_size, patience ≥ 1, learning_rate > 0, weight_decay, "
-                "highlight_length, alphas ≥ 0, highlight_decay in [0, 1], validation_share in "
-                f"[0, 1), stop_accuracy in (0, 1) or None, got {self}"
-            )
+        least = dict.fromkeys(("epochs", "batch_size", "patience"), 1) | dict.fromkeys(
+            ("weight_decay", "highlight_length", "alpha_positive", "alpha_negative"), 0
+        )
+        ranges = {
+            name: (f"at least {low}", getattr(self, name) >= low) for name, low in least.items()
+        }
+        ranges |= {
+            "learning_rate": ("above 0", self.learning_rate > 0),
+            "highlight_decay": ("in [0, 1]", 0 <= self.highlight_decay <= 1),
+            "validation_share": ("in [0, 1)", 0 <= self.validation_share < 1),
+            "stop_accuracy": (
+                "in (0, 1) or None",
+                self.stop_accuracy is None or 0 < self.stop_accuracy < 1,
+            ),
+        }
+        for name, (expected, fits) in ranges.items():
+            if not fits:
+                raise InvalidValueError(f"{name}: expected {expected}, got {getattr(self, name)}")
         for name, known in (("preference", _PREFERENCE_LOSSES), ("highlights", HIGHLIGHT_LOSSES)):
             if getattr(self, name) not in known:
                 forms = ", ".join(known)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,7 @@ import pytest
 import torch
 
 from polite import cli
+from polite.experiments.training.config import TrainConfig
 from polite.rewards.files import save_reward_model
 from polite.rewards.network import FAST, RewardNet
 
@@ -89,6 +92,20 @@ def test_watching_an_empty_folder(tmp_path: Path) -> None:
 
 def test_a_report_on_an_empty_folder(tmp_path: Path) -> None:
     assert "results.json" in mistake(tmp_path, "report", tmp_path)
+
+
+def test_a_report_on_a_training(tmp_path: Path) -> None:
+    """It was taken for a comparison of highlights, because its settings name a form of them."""
+    settings = dataclasses.asdict(TrainConfig(out=tmp_path)) | {"out": ""}
+    (tmp_path / "run.json").write_text(json.dumps(settings))
+    assert "`polite watch` shows an episode" in mistake(tmp_path, "report", tmp_path)
+
+
+def test_the_package_is_a_command_too() -> None:
+    command = [sys.executable, "-m", "polite", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0
+    assert "usage: polite " in done.stdout
 
 
 @pytest.mark.parametrize(

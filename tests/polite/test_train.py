@@ -1,4 +1,5 @@
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
 from polite.rewards.network import RewardNetConfig
-from polite.types import PoliteError
+from polite.types import Answer, Highlight, PoliteError
 
 register()
 TINY = PpoConfig(num_envs=2, rollout=32, batch_size=32, epochs=1, hidden=(8,))
@@ -81,6 +82,50 @@ def test_every_method_runs(tmp_path, method) -> None:
     assert (path.parent / "models" / "reward.pt").exists() == (
         method not in ("ground-truth", "sac")
     )
+
+
+class LastStep:
+    """Likes the segment whose last observation is larger, and marks its end."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def __call__(self, pool, queries, rng):
+        self.asked += len(queries)
+        ends = [[pool[s].observations[-1, 0] for s in (q.first, q.second)] for q in queries]
+        return [
+            Answer(number, (1.0, 0.0) if first > second else (0.0, 1.0), Highlight(3, 3))
+            for number, (first, second) in enumerate(ends)
+        ]
+
+
+@pytest.mark.parametrize("method", ["polite", "preferences", "polite-pebble"])
+def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
+    out, teacher = str(tmp_path / "run"), LastStep()
+    given = {"env": "Point-v0", "queries": 10, "steps": 128, "evaluation_episodes": 3}
+    path = train(out=out, method=method, teacher=teacher, **given)
+    results = json.loads(path.read_text("utf-8"))
+    assert teacher.asked == results["queries_asked"] == 10
+    assert results["config"]["teacher"] == f"{__name__}.LastStep"
+    assert results["simulated"] is None
+    answers = load_feedback(path.parent / "data").answers
+    assert {answer.positive for answer in answers} == {Highlight(3, 3)}
+    with pytest.raises(PoliteError, match="other settings"):
+        train(out=out, method=method, resume=True, **given)
+
+
+def test_who_is_not_asked_is_refused(tmp_path) -> None:
+    with pytest.raises(PoliteError, match="teacher: ground-truth has no use for it"):
+        run_train(settings(tmp_path, method="ground-truth"), LastStep())
+    assert not (tmp_path / "run").exists()
+
+
+def test_in_a_log_file_every_tenth_of_the_way_is_a_line(tmp_path, capsys) -> None:
+    run_train(settings(tmp_path, steps=640))
+    lines = [line for line in capsys.readouterr().out.splitlines() if re.match(r" *\d+% \w", line)]
+    shares = [int(line.split("%")[0]) for line in lines]
+    assert shares == sorted(set(shares)) and len(shares) > 8 and shares[-1] == 100
+    assert any("true return lately" in line for line in lines)
 
 
 def test_a_stopped_pebble_goes_on_from_its_last_session(tmp_path, monkeypatch) -> None:

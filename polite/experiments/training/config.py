@@ -140,10 +140,10 @@ class TrainConfig:
         """
         for name, least in _LEAST.items():
             if getattr(self, name) < least:
-                raise InvalidValueError(f"{name}: expected at least {least}, got {self}")
+                raise self._unfit(name, f"expected at least {least}")
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
-                raise InvalidValueError(f"{name}: expected a share in [0, 1], got {self}")
+                raise self._unfit(name, "expected a share in [0, 1]")
         parse_env_settings(self.env_settings)
         self._check_heard()
         self._check_teacher()
@@ -151,9 +151,10 @@ class TrainConfig:
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
-            raise InvalidValueError(
-                "sampler: expected uniform where everything is asked up front, since nothing is "
-                f"learned before, got {self}"
+            raise self._unfit(
+                "sampler",
+                "expected uniform where everything is asked up front, since nothing is learned "
+                "before",
             )
 
     def _check_heard(self) -> None:
@@ -163,11 +164,18 @@ class TrainConfig:
             InvalidValueError: naming it.
         """
         defaults = {field.name: field.default for field in fields(self)}
-        for name in _UNHEARD.get(self.method, ()):
-            if getattr(self, name) != defaults[name]:
-                raise InvalidValueError(
-                    f"{name}: {self.method} has no use for it; leave it out, got {self}"
-                )
+        for name, default in defaults.items():
+            if getattr(self, name) != default:
+                self.check_use(name)
+
+    def check_use(self, name: str) -> None:
+        """Check that the method looks at a setting.
+
+        Raises:
+            InvalidValueError: if it does not.
+        """
+        if name in _UNHEARD.get(self.method, ()):
+            raise self._unfit(name, f"{self.method} has no use for it; leave it out")
 
     def _check_teacher(self) -> None:
         """A number that this teacher does not have would go unheard.
@@ -181,9 +189,9 @@ class TrainConfig:
         ):
             value = getattr(self, name)
             if value is not None and not 0 <= value < inf:
-                raise InvalidValueError(f"{name}: expected a number of at least 0, got {self}")
+                raise self._unfit(name, "expected a number of at least 0")
             if value is not None and self.teacher not in teachers:
-                raise InvalidValueError(f"{name}: only for {' and '.join(teachers)}, got {self}")
+                raise self._unfit(name, f"only for --teacher {' and '.join(teachers)}")
 
     def _check_reward_model(self) -> None:
         """Without preferences nothing can be held out.
@@ -192,9 +200,8 @@ class TrainConfig:
             InvalidValueError: if something should be.
         """
         if self.validation_share and self.method not in ("polite", "preferences"):
-            raise InvalidValueError(
-                "validation_share: expected a method that learns from preferences by PPO, got "
-                f"{self}"
+            raise self._unfit(
+                "validation_share", "only for methods that learn from preferences by PPO"
             )
 
     def _check_pebble(self) -> None:
@@ -211,9 +218,13 @@ class TrainConfig:
             ("show_ends", False),
         ):
             if getattr(self, name) != own:
-                raise InvalidValueError(f"{name}: PEBBLE has its own; leave it out, got {self}")
+                raise self._unfit(name, "PEBBLE has its own; leave it out")
         if self.preset == "paper":
-            raise InvalidValueError(f"preset: the paper has no numbers for PEBBLE, got {self}")
+            raise self._unfit("preset", "the paper has no numbers for PEBBLE")
+
+    def _unfit(self, name: str, why: str) -> InvalidValueError:
+        """The error that names one setting, and what was seen of it."""
+        return InvalidValueError(f"{name}: {why}, got {getattr(self, name)!r}")
 
 
 def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:

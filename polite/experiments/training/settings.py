@@ -21,7 +21,7 @@ from polite.methods.schedules import SCHEDULES
 from polite.teachers.bpref import BPREF_TEACHERS, BPrefTeacher
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
-from polite.types import SegmentPool
+from polite.types import InvalidValueError, SegmentPool
 
 FORMS: Final = {"fast": OWN_FORM, "paper": "paper"}
 """What a highlight says under each preset."""
@@ -82,6 +82,12 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
         validation_share=config.validation_share,
         **changes,
     )
+    steps = SCHEDULES[config.schedule].segment_length
+    if training.highlight_length >= steps:
+        raise InvalidValueError(
+            f"highlight_length: expected less than a clip's {steps} steps, got "
+            f"{training.highlight_length}"
+        )
     oracle = preset.oracle and replace(preset.oracle, length=training.highlight_length)
     settings = {**preset.settings, **parse_env_settings(config.env_settings)}
     return replace(preset, training=training, oracle=oracle, settings=settings)

@@ -29,9 +29,17 @@ from polite.experiments.training.settings import (
 )
 from polite.experiments.workers import one_torch_thread
 from polite.files import write_atomically, write_json
+from polite.methods.history import Teacher
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
-from polite.methods.preference_learning import Follow, Learned, MakeEnv, Report, learn
+from polite.methods.preference_learning import (
+    Follow,
+    Learned,
+    MakeEnv,
+    MakeTeacher,
+    Report,
+    learn,
+)
 from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.setup import vector_sizes
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
@@ -49,11 +57,17 @@ RECENT = 20
 Results = dict[str, Any]
 
 
-def train(**settings: Any) -> Path:
+def train(*, teacher: str | Teacher = "polite", **settings: Any) -> Path:
     """Train a policy: `run_train` with the fields of `TrainConfig` as keywords.
 
     Example:
         polite.train(out="runs/first", method="polite", queries=200, seed=0)
+
+    Args:
+        teacher: who answers: one of `TrainConfig.teacher`, or a function of your own from segments,
+            pairs of them and a random generator to an `Answer` to each pair. The length of its
+            highlights is the loss's to say (`highlight_length`).
+        **settings: the other fields of `TrainConfig`.
 
     Returns:
         The path of `results.json`.
@@ -64,10 +78,12 @@ def train(**settings: Any) -> Path:
     """
     if "out" in settings:
         settings["out"] = Path(settings["out"])
-    return run_train(TrainConfig(**settings))
+    if callable(teacher):
+        return run_train(TrainConfig(**settings), teacher)
+    return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
 
 
-def run_train(config: TrainConfig) -> Path:
+def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     """Train a policy and write everything into a folder.
 
     `results.json` is written last: a folder that has it is finished. The rest is `models/reward.pt`
@@ -76,6 +92,7 @@ def run_train(config: TrainConfig) -> Path:
 
     Args:
         config: what to train.
+        own_teacher: answers in place of the one that the settings name.
 
     Returns:
         The path of `results.json`.
@@ -86,14 +103,18 @@ def run_train(config: TrainConfig) -> Path:
     """
     preset = adapt_preset(preset_of(config.env), config)
     make_env = _env_maker(config, preset)
-    start = _learner(config, preset, make_env)
+    if own_teacher is not None:
+        config.check_use("teacher")
+    identity = _identity(config, own_teacher)
+    make_teacher = teacher_maker(config, preset) if own_teacher is None else lambda _: own_teacher
+    start = _learner(config, preset, make_env, make_teacher)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
         vector_sizes(env)
         if config.method in PEBBLE_METHODS:
             check_bounds(env)
     with (
-        sole_run(config.out, _identity(config), config.resume, BUSY),
+        sole_run(config.out, identity, config.resume, BUSY),
         make_progress() as progress,
         one_torch_thread(),
     ):
@@ -105,16 +126,17 @@ def run_train(config: TrainConfig) -> Path:
             _write_learned(config.out, learned)
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
-            results = {"config": _identity(config), "evaluation": judged} | _results(learned)
+            told = _results(learned, simulated=own_teacher is None)
+            results = {"config": identity, "evaluation": judged} | told
             _write_results(config.out, results)
     return config.out / RESULTS
 
 
 def _learner(
-    config: TrainConfig, preset: EnvPreset, make_env: MakeEnv
+    config: TrainConfig, preset: EnvPreset, make_env: MakeEnv, make_teacher: MakeTeacher
 ) -> Callable[[Report, Follow], Learned]:
     """The training, ready to start; whatever is wrong with its settings is said before it does."""
-    make_teacher, seed = teacher_maker(config, preset), config.seed
+    seed = config.seed
     if config.method in PEBBLE_METHODS:
         pebble, checkpoint = pebble_settings(config, preset), config.out / CHECKPOINT
         return lambda report, follow: learn_pebble(
@@ -124,10 +146,13 @@ def _learner(
     return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 
-def _identity(config: TrainConfig) -> Results:
+def _identity(config: TrainConfig, own_teacher: Teacher | None) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
     del settings["out"], settings["resume"]
+    if own_teacher is not None:
+        named = own_teacher if hasattr(own_teacher, "__qualname__") else type(own_teacher)
+        settings["teacher"] = f"{named.__module__}.{named.__qualname__}"
     return settings | {"env_settings": parse_env_settings(config.env_settings)}
 
 
@@ -137,15 +162,22 @@ def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
 
 
 class _Bar:
-    """Says what is happening, how far it is, and how the policy does meanwhile."""
+    """Says what is happening, how far it is, and how the policy does meanwhile.
+
+    Where the output is a file, in which no bar moves, there is a line for every tenth of the way.
+    """
 
     def __init__(self, progress: Progress) -> None:
         self._progress, self._bar = progress, progress.add_task("beginning", total=1.0)
-        self._does = ""
+        self._does, self._tenths = "", -1
 
     def report(self, says: str, share: float) -> None:
         does = self._does if share < 1 else ""
         self._progress.update(self._bar, description=says + does, completed=share)
+        console, tenths = self._progress.console, int(10 * share)
+        if tenths > self._tenths and not console.is_terminal:
+            self._tenths = tenths
+            console.print(f"{share:4.0%} {says}{does}", highlight=False, soft_wrap=True)
 
     def follow(self, episodes: Sequence[Mapping[str, float]]) -> None:
         if episodes:
@@ -153,13 +185,13 @@ class _Bar:
             self._does = f", true return lately {recent:,.2f}"
 
 
-def _results(learned: Learned) -> Results:
-    """What the training was and how it went."""
+def _results(learned: Learned, *, simulated: bool) -> Results:
+    """What the training was and how it went; who a teacher of one's own is, nobody can tell."""
     told = dict.fromkeys(set(RATES) & set().union(*learned.episodes), 0.0)
     episodes = [{"step": e["step"]} | outcomes(told | e) for e in learned.episodes]
     answers = learned.feedback.answers if learned.feedback else []
     return {
-        "simulated": True,
+        "simulated": simulated or None,
         "queries_asked": len(answers),
         "answers": {
             "no_preference": sum(answer.preferred is None for answer in answers),
