@@ -66,7 +66,6 @@ from polite.types import (
     SegmentPool,
 )
 
-LANDED = sorted(Path(__file__).parents[2].glob("assets/results/benchmark/runs/*.json"))
 FIRST_RUN = Run("Walker2d-v5", "polite", 200, "pairwise", "paper", "fast", 1000)
 RUNS = [replace(FIRST_RUN, seed=seed) for seed in range(4)]
 EPISODES = [{"step": s, "return": r, "length": 5.0} for s, r in ((50.0, 1.0), (95.0, 3.0))]
@@ -259,15 +258,6 @@ def test_a_fingerprint_sees_what_has_no_place_in_the_name(monkeypatch: pytest.Mo
             assert fingerprint(FIRST_RUN) != before
             assert fingerprint(replace(FIRST_RUN, env="HalfCheetah-v5")) == other
     assert fingerprint(FIRST_RUN) == before
-
-
-def test_the_landed_records_are_of_the_grid_and_of_its_settings() -> None:
-    records = [json.loads(path.read_text("utf-8")) for path in LANDED]
-    assert len(records) >= 16
-    runs = [Run(**record["run"]) for record in records]
-    assert set(runs) <= set(planned("fast"))
-    assert [record_path(Path(), run).name for run in runs] == [path.name for path in LANDED]
-    assert [fingerprint(run) for run in runs] == [record["settings"] for record in records]
 
 
 def test_what_a_run_was_done_with_is_known() -> None:
