@@ -14,7 +14,6 @@ off by it is not in the curve.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +45,6 @@ from polite.methods.preference_learning import (
     MakeEnv,
     MakeTeacher,
     Report,
-    without_preferences,
 )
 from polite.methods.setup import independent_seeds, torch_generator, vector_sizes
 from polite.policies.policy import Policy, pack_policy, unpack_policy
@@ -201,9 +199,9 @@ class _Learner:
         assert feedback is not None
         training, data = config.training, stack_feedback(feedback)
         if not config.method.highlights:
-            training = replace(training, alpha_positive=0.0, alpha_negative=0.0)
+            training = training.without_highlights()
         if not config.method.preferences:
-            data = without_preferences(data)
+            data = data.without_preferences()
         train_ensemble(
             self._ensemble,
             data,

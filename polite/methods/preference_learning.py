@@ -13,7 +13,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from polite.dataset import Feedback
@@ -24,10 +23,10 @@ from polite.methods.setup import independent_seeds, torch_generator, vector_size
 from polite.policies.policy import GaussianPolicy, Policy
 from polite.policies.ppo import PpoTrainer
 from polite.policies.vec_env import GymnasiumVecEnv
-from polite.rewards.data import PreferenceData, stack_feedback
-from polite.rewards.ensemble import RewardEnsemble, train_ensemble
+from polite.rewards.data import stack_feedback
+from polite.rewards.ensemble import RewardEnsemble
+from polite.rewards.model import make_model, train_model
 from polite.rewards.network import RewardNet, normalise, predict
-from polite.rewards.trainer import RewardTrainingConfig, train_reward
 from polite.rollouts import Act, act_randomly, collect
 from polite.segments import cut_segments
 from polite.types import Floats32, SegmentPool
@@ -118,7 +117,8 @@ class _Learner:
         self._make_env, self._make_teacher = make_env, make_teacher
         self._config, self._report, self._follow = config, report, follow
         self._env = make_env(config.ppo.num_envs, env)
-        self._model = _reward_model(self._env, config, torch_generator(weights))
+        sizes, generator = vector_sizes(self._env), torch_generator(weights)
+        self._model = make_model(sizes, config.net, config.members, generator)
         reward = None if config.method.true_reward else self._score
         self._trainer = PpoTrainer(self._env, config.ppo, policy, config.steps, reward)
         self._batches = torch_generator(batches)
@@ -216,9 +216,9 @@ class _Learner:
         )
         config = replace(training, epochs=epochs)
         if not method.highlights:
-            config = replace(config, alpha_positive=0.0, alpha_negative=0.0)
+            config = config.without_highlights()
         if not method.preferences:
-            data = without_preferences(data)
+            data = data.without_preferences()
         train_model(
             self._model,
             data,
@@ -244,31 +244,3 @@ class _Learner:
     def _score(self, observations: NDArray[Any], actions: NDArray[Any]) -> Floats32:
         """The reward model as it is now."""
         return predict(self._model, observations, actions)
-
-
-def without_preferences(data: PreferenceData) -> PreferenceData:
-    """The same answers with μ = (0, 0), which adds nothing to Eq. 2: the highlights remain."""
-    return replace(data, mu=torch.zeros_like(data.mu))
-
-
-def train_model(
-    model: RewardNet | RewardEnsemble,
-    data: PreferenceData,
-    config: RewardTrainingConfig,
-    generator: torch.Generator,
-    on_epoch: Callable[[int], object],
-) -> None:
-    """`train_reward`, or `train_ensemble` if there are several; `on_epoch` is told the number."""
-    if isinstance(model, RewardEnsemble):
-        train_ensemble(model, data, config, generator, lambda epoch, _: on_epoch(epoch))
-    else:
-        train_reward(model, data, config, generator, lambda epoch, _: on_epoch(epoch))
-
-
-def _reward_model(
-    env: GymnasiumVecEnv, config: LearningConfig, generator: torch.Generator
-) -> RewardNet | RewardEnsemble:
-    """The first reward model; the first member of several is the one that there is of one."""
-    sizes = vector_sizes(env)
-    nets = [RewardNet(*sizes, config.net, generator) for _ in range(config.members)]
-    return nets[0] if config.members == 1 else RewardEnsemble(nets)

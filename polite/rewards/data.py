@@ -63,6 +63,10 @@ class PreferenceData:
         """The number of answers Q."""
         return len(self.pairs)
 
+    def without_preferences(self) -> PreferenceData:
+        """The same answers with μ = (0, 0), which adds nothing to Eq. 2: the highlights remain."""
+        return replace(self, mu=torch.zeros_like(self.mu))
+
     def take(self, answers: Tensor) -> PreferenceData:
         """Some of the answers, by their index, (A,) int64; the segments are shared."""
         names = ("pairs", "mu", "positive", "negative", "marked")

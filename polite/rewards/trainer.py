@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import Literal
 
@@ -92,6 +92,10 @@ class RewardTrainingConfig:
                 raise InvalidValueError(
                     f"{name}: expected one of {forms}, got {getattr(self, name)!r}"
                 )
+
+    def without_highlights(self) -> RewardTrainingConfig:
+        """The same with both α at 0: preferences alone."""
+        return replace(self, alpha_positive=0.0, alpha_negative=0.0)
 
 
 def train_reward(

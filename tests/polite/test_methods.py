@@ -9,7 +9,7 @@ from polite.dataset import Feedback
 from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import FeedbackHistory, join_pools
 from polite.methods.pairs import PAIR_SAMPLERS
-from polite.methods.preference_learning import learn, without_preferences
+from polite.methods.preference_learning import learn
 from polite.methods.presets import PRESETS, preset_of, quantile_oracle
 from polite.methods.schedules import EqualUpdates, Schedule, decaying_rate, up_front
 from polite.policies.ppo import PpoConfig
@@ -247,12 +247,12 @@ def test_without_preferences_only_the_highlight_terms_remain() -> None:
     data = stack_feedback(feedback)
     config, batch = RewardTrainingConfig(highlight_length=2), torch.arange(10)
     rewards = torch.randn(10, 2, 5, generator=torch.Generator().manual_seed(0))
-    none = replace(config, alpha_positive=0.0, alpha_negative=0.0)
+    none = config.without_highlights()
     both = batch_loss(rewards, data, batch, config)
     preferences = batch_loss(rewards, data, batch, none)
-    highlights = batch_loss(rewards, without_preferences(data), batch, config)
+    highlights = batch_loss(rewards, data.without_preferences(), batch, config)
     torch.testing.assert_close(both, preferences + highlights)
-    assert batch_loss(rewards, without_preferences(data), batch, none).item() == 0.0
+    assert batch_loss(rewards, data.without_preferences(), batch, none).item() == 0.0
 
 
 def test_progress_is_told_and_never_goes_back() -> None:

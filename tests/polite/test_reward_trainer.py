@@ -90,12 +90,8 @@ def test_training_learns_the_true_reward(form, alpha):
 
 
 def test_highlights_alone_teach_where_the_reward_is():
-    _, correlation = held_out(trained(data=_without_preferences(DATA)))
+    _, correlation = held_out(trained(data=DATA.without_preferences()))
     assert correlation > 0.5
-
-
-def _without_preferences(data):
-    return replace(data, mu=torch.zeros_like(data.mu))
 
 
 def test_alphas_of_zero_are_the_baseline_and_ignore_highlights():
@@ -224,7 +220,7 @@ def test_shuffled_highlights_are_a_valid_data_set_that_says_less():
     shuffled = shuffle_highlights(ANSWERS, POOL, QUERIES, np.random.default_rng(0))
     data = stack_feedback(Feedback(POOL, QUERIES, shuffled))
     assert (data.positive >= 0).sum() == (DATA.positive >= 0).sum()
-    told, dealt = (held_out(trained(data=_without_preferences(d)))[1] for d in (DATA, data))
+    told, dealt = (held_out(trained(data=d.without_preferences()))[1] for d in (DATA, data))
     assert told > dealt + 0.1
 
 

@@ -51,7 +51,7 @@ class Candidate:
         """How its reward model is trained in an env."""
         config = replace(preset.training, epochs=EPOCHS, learning_rate=STEP_SIZE)
         if self.form is None:
-            return replace(config, alpha_positive=0.0, alpha_negative=0.0)
+            return config.without_highlights()
         config = replace(config, highlights=self.form)
         if self.alpha is None:
             return config

@@ -13,12 +13,10 @@ from polite.analysis.quality import calibration_error, reward_quality
 from polite.dataset import Feedback
 from polite.experiments.offline.candidates import Candidate
 from polite.experiments.offline.marks import hide_marked, joined
-from polite.methods.preference_learning import without_preferences
 from polite.methods.presets import EnvPreset
 from polite.rewards.data import PreferenceData, stack_feedback
-from polite.rewards.ensemble import RewardEnsemble, train_ensemble
-from polite.rewards.network import RewardModel, RewardNet, predict
-from polite.rewards.trainer import train_reward
+from polite.rewards.model import make_model, train_model
+from polite.rewards.network import RewardModel, predict
 from polite.samplers import uniform_pairs
 from polite.teachers.highlights import shuffle_highlights
 from polite.teachers.noise import perturb_highlights
@@ -60,7 +58,11 @@ def run_trial(
     preset = replace(preset, marks_unusual=candidate.unusual)
     answers = ask(candidate, preset, pool, asked, teacher, marks)
     generator = torch.Generator().manual_seed(seed)
-    model = _train(candidate, preset, stack_answers(pool, asked, answers), pool, generator)
+    sizes = pool.observations.shape[-1], pool.actions.shape[-1]
+    model = make_model(sizes, candidate.net, candidate.members, generator)
+    model.standardise(pool)
+    data = stack_answers(pool, asked, answers)
+    train_model(model, data, candidate.training(preset), generator)
     measures: Measures = {name: judge_model(model, pools[name]) for name in JUDGED}
     return measures | {"answers": _shares(answers[0], used=candidate.form is not None)}
 
@@ -94,7 +96,7 @@ def stack_answers(
 ) -> PreferenceData:
     """For training: every preference counts once, every highlight counts."""
     first, *others = (stack_feedback(Feedback(pool, asked, answers)) for answers in rounds)
-    return joined([first, *map(without_preferences, others)])
+    return joined([first, *(data.without_preferences() for data in others)])
 
 
 def judge_model(model: RewardModel, pool: SegmentPool) -> dict[str, float | None]:
@@ -107,26 +109,6 @@ def judge_model(model: RewardModel, pool: SegmentPool) -> dict[str, float | None
     gaps, truth = (values[pairs[:, 0]] - values[pairs[:, 1]] for values in (returns, pool.returns))
     error = calibration_error(expit(gaps), (np.sign(truth) + 1) / 2)
     return reward_quality(learned, pool, pairs) | {"calibration_error": error}
-
-
-def _train(
-    candidate: Candidate,
-    preset: EnvPreset,
-    data: PreferenceData,
-    pool: SegmentPool,
-    generator: torch.Generator,
-) -> RewardModel:
-    sizes = pool.observations.shape[-1], pool.actions.shape[-1]
-    nets = [RewardNet(*sizes, candidate.net, generator) for _ in range(candidate.members)]
-    for net in nets:
-        net.standardise(pool)
-    config = candidate.training(preset)
-    if candidate.members == 1:
-        train_reward(nets[0], data, config, generator)
-        return nets[0]
-    ensemble = RewardEnsemble(nets)
-    train_ensemble(ensemble, data, config, generator)
-    return ensemble
 
 
 def _relabel(answers: list[Answer], first: list[Answer]) -> list[Answer]:

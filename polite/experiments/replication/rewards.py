@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -95,7 +94,7 @@ def fit(
     net.standardise(pool)
     training = config.reward_training
     if not highlights:
-        training = replace(training, alpha_positive=0.0, alpha_negative=0.0)
+        training = training.without_highlights()
     if keep is not None:
         keep(0, net)
     data = stack_feedback(Feedback(pool, feedback.queries, answers))
