@@ -46,7 +46,7 @@ class _Stored:
         """
         with web_extra():
             from polite.study.folder import StudyFolder
-            from polite.study.web.serve import check_study, open_database
+            from polite.study.opening import check_study, open_database
 
         folder = StudyFolder(self.folder)
         (folder.check if whole else folder.check_there)()

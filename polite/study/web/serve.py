@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import socket
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -16,51 +15,18 @@ from sqlalchemy import insert
 
 from polite.files import system_says
 from polite.study import schema
-from polite.study.changes import check_unchanged
-from polite.study.database import Database, sqlite_url
+from polite.study.database import Database
 from polite.study.design import FILE
 from polite.study.folder import StudyFolder
 from polite.study.invitations import invite, list_invitations
-from polite.study.reading import read_shown
+from polite.study.opening import DATABASE, check_study, open_database
 from polite.study.web.app import create_app
 from polite.types import PoliteError
 
-FOLDER, DATABASE, HTTPS = "POLITE_STUDY", "POLITE_DATABASE", "POLITE_HTTPS"
-"""How worker processes learn what they serve."""
+FOLDER, HTTPS = "POLITE_STUDY", "POLITE_HTTPS"
+"""With `DATABASE`, how worker processes learn what they serve."""
 BACKLOG: Final = 2048
 """Connections that may wait to be accepted."""
-
-
-def open_database(folder: StudyFolder, url: str) -> Database:
-    """The study's database, brought up to date.
-
-    Args:
-        folder: The study.
-        url: As SQLAlchemy reads it; empty for the environment's `POLITE_DATABASE`, and without
-            that for the file in the folder.
-
-    Raises:
-        DatabaseError: It cannot be used.
-    """
-    url = url or os.environ.get(DATABASE, "")
-    if not url:
-        url = sqlite_url(folder.database_path)
-        with suppress(OSError):  # that it cannot be written is said when it is opened
-            folder.database_path.touch(mode=0o600)  # its log takes this over
-    database = Database(url)
-    database.migrate()
-    return database
-
-
-def check_study(folder: StudyFolder, database: Database) -> None:
-    """Check that people have taken part in no other study than the one in the folder.
-
-    Raises:
-        ChangedError: They have; says what was changed.
-    """
-    with database.read() as connection:
-        shown = read_shown(connection)
-    check_unchanged(folder.design, folder.pool_checksum, shown)
 
 
 def serve(

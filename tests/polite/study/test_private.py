@@ -10,7 +10,7 @@ from sqlalchemy.exc import IntegrityError
 
 from polite.study import schema
 from polite.study.identities import write_identities
-from polite.study.web.serve import open_database
+from polite.study.opening import open_database
 
 pytest_plugins = ["servers"]
 
