@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import pickle
 import re
 import uuid
 from collections.abc import Callable
@@ -118,6 +119,13 @@ def system_says(error: OSError) -> str:
 def one_line(error: Exception) -> str:
     """What a library says in an error, in one line of no more than 300 characters, never empty."""
     return " ".join(str(error).split())[:300] or type(error).__name__
+
+
+def damage(error: Exception) -> str:
+    """Why a file of tensors could not be read, without PyTorch's advice to run what is in it."""
+    if isinstance(error, pickle.UnpicklingError):
+        return "it holds no tensors, or more than tensors"
+    return f"{type(error).__name__}: {one_line(error)}"
 
 
 def sha256(path: Path) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from polite.dataset import Feedback, parse_answer
-from polite.files import one_line, write_atomically
+from polite.files import damage, write_atomically
 from polite.types import PoliteError, Query, SegmentPool, Trajectory
 
 Content = dict[str, Any]
@@ -47,8 +47,7 @@ def load_checkpoint(path: Path, identity: str) -> Content | None:
         found, content = whole["identity"], whole["content"]
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         raise PoliteError(
-            f"{path}: expected a training to go on with ({one_line(error)}); remove it to begin "
-            "anew"
+            f"{path}: expected a training to go on with ({damage(error)}); remove it to begin anew"
         ) from None
     if found != identity:
         raise PoliteError(

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from polite.files import write_atomically
+from polite.files import damage, write_atomically
 from polite.types import PoliteError, ShapeError
 
 CLIP = 10.0
@@ -209,8 +209,7 @@ def load_policy(path: Path | str) -> Policy:
         return unpack_policy(torch.load(path, weights_only=True))
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         raise PoliteError(
-            f"{path}: expected a policy that polite saved; it is damaged or something else "
-            f"({type(error).__name__})"
+            f"{path}: expected a policy that polite saved ({damage(error)})"
         ) from None
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import torch
 
-from polite.files import write_atomically
+from polite.files import damage, write_atomically
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNet, RewardNetConfig
 from polite.types import PoliteError
@@ -45,8 +45,7 @@ def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
         return _network(content, content["state"])
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         raise PoliteError(
-            f"{path}: expected a reward model that polite saved; it is damaged or something else "
-            f"({type(error).__name__})"
+            f"{path}: expected a reward model that polite saved ({damage(error)})"
         ) from None
 
 

@@ -234,8 +234,8 @@ def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]
     _, labels = ax.get_legend_handles_labels()
     assert labels[0] == "true reward"
     assert {"POLITE", "POLITE (choice)", "baseline", "PEBBLE"} <= set(labels)
-    assert 262 not in ax.get_xticks()
-    assert 262 in ax.get_xticks(minor=True)
+    assert {200, 262, 800} <= set(ax.get_xticks())
+    assert not len(ax.get_xticks(minor=True))
 
 
 def test_cells_have_a_dot_a_run(ax: Axes, results: dict[str, Any]) -> None:

@@ -80,6 +80,13 @@ def test_shapes_of_a_mismatching_model_are_told(tmp_path):
         load_reward_model(tmp_path / "model.pt")
 
 
+def test_nobody_is_told_to_run_what_is_in_a_file(tmp_path):
+    (tmp_path / "results.json").write_text('{"reward": 1}')
+    with pytest.raises(PoliteError, match="it holds no tensors") as error:
+        load_reward_model(tmp_path / "results.json")
+    assert "weights_only" not in str(error.value)
+
+
 def test_a_missing_or_damaged_file_is_an_error(tmp_path):
     path = tmp_path / "model.pt"
     with pytest.raises(PoliteError, match="no such reward model"):

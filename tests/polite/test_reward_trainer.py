@@ -228,11 +228,9 @@ def test_feedback_that_does_not_fit_is_refused():
     with pytest.raises(ShapeError, match="at least one answer"):
         stack_feedback(Feedback(POOL, QUERIES))
     with pytest.raises(InvalidValueError, match="pairs: expected indices 0 … 79"):
-        stack_feedback(Feedback(POOL, [Query(0, 80)], [Answer(0, (0.0, 0.0))]))
+        replace(DATA, pairs=DATA.pairs + 80)
     with pytest.raises(InvalidValueError, match="positive: expected −1 or a real step"):
-        stack_feedback(
-            Feedback(POOL, QUERIES, [Answer(0, (1.0, 0.0), positive=Highlight(STEPS, 1))])
-        )
+        replace(DATA, positive=torch.full_like(DATA.positive, STEPS))
     with pytest.raises(ShapeError, match=r"mu: expected \(150, 2\)"):
         replace(DATA, mu=DATA.mu[:-1])
     assert isinstance(DATA, PreferenceData) and len(DATA) == 150
