@@ -1,6 +1,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from polite.analysis.learning_curve import learning_curve
 from polite.dataset import load_feedback
 from polite.experiments.training import train as module
 from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.own_teacher import as_function, checked, name_of
 from polite.experiments.training.settings import pebble_settings
 from polite.experiments.training.train import run_train, train
 from polite.methods.config import METHODS
@@ -24,7 +26,8 @@ from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
 from polite.rewards.network import RewardNetConfig
-from polite.types import Answer, Highlight, PoliteError
+from polite.teachers.oracle import Oracle
+from polite.types import Answer, Highlight, PoliteError, Query
 
 register()
 TINY = PpoConfig(num_envs=2, rollout=32, batch_size=32, epochs=1, hidden=(8,))
@@ -103,6 +106,8 @@ class LastStep:
 def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
     out, teacher = str(tmp_path / "run"), LastStep()
     given = {"env": "Point-v0", "queries": 10, "steps": 128, "evaluation_episodes": 3}
+    if method != "preferences":  # which has no use for it
+        given["highlight_length"] = 3
     path = train(out=out, method=method, teacher=teacher, **given)
     results = json.loads(path.read_text("utf-8"))
     assert teacher.asked == results["queries_asked"] == 10
@@ -114,10 +119,46 @@ def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
         train(out=out, method=method, resume=True, **given)
 
 
-def test_who_is_not_asked_is_refused(tmp_path) -> None:
-    with pytest.raises(PoliteError, match="teacher: ground-truth has no use for it"):
-        run_train(settings(tmp_path, method="ground-truth"), LastStep())
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"method": "ground-truth"}, r"teacher: ground-truth asks nobody; .*LastStep"),
+        ({"marks": "true-winner"}, r"marks: for simulated teachers only; .*LastStep"),
+        ({"highlights_missed": 0.5}, "highlights_missed: for simulated teachers only"),
+    ],
+)
+def test_what_a_teacher_of_one_s_own_would_not_hear_is_refused(tmp_path, change, says) -> None:
+    with pytest.raises(PoliteError, match=says):
+        run_train(settings(tmp_path, **change), LastStep())
     assert not (tmp_path / "run").exists()
+
+
+def test_a_teacher_may_be_an_object_and_goes_by_its_name(tmp_path) -> None:
+    oracle = replace(Oracle(), length=PRESETS["Walker2d"].training.highlight_length)
+    assert as_function(oracle) == oracle.answer_queries
+    assert name_of(oracle.answer_queries) == "polite.teachers.oracle.Oracle.answer_queries"
+    assert name_of(partial(partial(as_function, 1))).endswith("own_teacher.as_function")
+    with pytest.raises(PoliteError, match=r"teacher: expected a name, a function .*got 7"):
+        train(out=tmp_path / "run", teacher=7)
+    with pytest.raises(PoliteError, match=r"teacher: expected one of polite, oracle.*got 'nobody'"):
+        train(out=tmp_path / "run", teacher="nobody")
+
+
+@pytest.mark.parametrize(
+    "answers",
+    [None, [], [Answer(0, (1.0, 0.0))], [Answer(1, (1.0, 0.0)), Answer(0, (1.0, 0.0))], [1, 2]],
+)
+def test_answers_that_are_not_to_the_queries_are_refused(answers) -> None:
+    teacher = checked(lambda pool, queries, rng: answers, 3)
+    with pytest.raises(PoliteError, match="teacher: expected 2 Answers, one to each query"):
+        teacher(None, [Query(0, 1), Query(1, 2)], None)
+
+
+def test_highlights_of_another_length_than_the_loss_reads_are_refused() -> None:
+    marked = [Answer(0, (1.0, 0.0), negative=Highlight(9, 4))]
+    with pytest.raises(PoliteError, match=r"expected highlights of length 3.*length=4"):
+        checked(lambda pool, queries, rng: marked, 3)(None, [Query(0, 1)], None)
+    assert checked(lambda pool, queries, rng: marked, 4)(None, [Query(0, 1)], None) == marked
 
 
 def test_in_a_log_file_every_tenth_of_the_way_is_a_line(tmp_path, capsys) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from math import inf
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from polite.types import InvalidValueError
 
@@ -133,11 +133,15 @@ class TrainConfig:
     PEBBLE's goes on from its last session."""
 
     def __post_init__(self) -> None:
-        """Check the numbers.
+        """Check names and numbers.
 
         Raises:
-            InvalidValueError: naming the one that is out of its range.
+            InvalidValueError: naming the one that is unknown or out of its range.
         """
+        for name, kind in get_type_hints(type(self)).items():
+            known = get_args(kind) if get_origin(kind) is Literal else ()
+            if known and getattr(self, name) not in known:
+                raise self._unfit(name, f"expected one of {', '.join(known)}")
         for name, least in _LEAST.items():
             if getattr(self, name) < least:
                 raise self._unfit(name, f"expected at least {least}")
@@ -165,17 +169,12 @@ class TrainConfig:
         """
         defaults = {field.name: field.default for field in fields(self)}
         for name, default in defaults.items():
-            if getattr(self, name) != default:
-                self.check_use(name)
+            if getattr(self, name) != default and not self.uses(name):
+                raise self._unfit(name, f"{self.method} has no use for it; leave it out")
 
-    def check_use(self, name: str) -> None:
-        """Check that the method looks at a setting.
-
-        Raises:
-            InvalidValueError: if it does not.
-        """
-        if name in _UNHEARD.get(self.method, ()):
-            raise self._unfit(name, f"{self.method} has no use for it; leave it out")
+    def uses(self, name: str) -> bool:
+        """Whether the method looks at a setting."""
+        return name not in _UNHEARD.get(self.method, ())
 
     def _check_teacher(self) -> None:
         """A number that this teacher does not have would go unheard.

@@ -21,6 +21,7 @@ from polite.experiments.runner import make_progress
 from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
+from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
 from polite.experiments.training.settings import (
     adapt_preset,
     learning_config,
@@ -57,16 +58,18 @@ RECENT = 20
 Results = dict[str, Any]
 
 
-def train(*, teacher: str | Teacher = "polite", **settings: Any) -> Path:
+def train(*, teacher: Any = "polite", **settings: Any) -> Path:
     """Train a policy: `run_train` with the fields of `TrainConfig` as keywords.
 
     Example:
         polite.train(out="runs/first", method="polite", queries=200, seed=0)
 
     Args:
-        teacher: who answers: one of `TrainConfig.teacher`, or a function of your own from segments,
-            pairs of them and a random generator to an `Answer` to each pair. The length of its
-            highlights is the loss's to say (`highlight_length`).
+        teacher: who answers: one of `TrainConfig.teacher`, or a function of your own (or an object
+            with such a method `answer_queries`) from segments, pairs of them and a random generator
+            to an `Answer` to each pair. The length of its highlights is the loss's to say
+            (`highlight_length`). A training that is resumed knows it by its name alone: give the
+            same.
         **settings: the other fields of `TrainConfig`.
 
     Returns:
@@ -78,9 +81,9 @@ def train(*, teacher: str | Teacher = "polite", **settings: Any) -> Path:
     """
     if "out" in settings:
         settings["out"] = Path(settings["out"])
-    if callable(teacher):
-        return run_train(TrainConfig(**settings), teacher)
-    return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
+    if isinstance(teacher, str):
+        return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
+    return run_train(TrainConfig(**settings), as_function(teacher))
 
 
 def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
@@ -103,10 +106,13 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     """
     preset = adapt_preset(preset_of(config.env), config)
     make_env = _env_maker(config, preset)
+    identity, make_teacher = _identity(config), teacher_maker(config, preset)
     if own_teacher is not None:
-        config.check_use("teacher")
-    identity = _identity(config, own_teacher)
-    make_teacher = teacher_maker(config, preset) if own_teacher is None else lambda _: own_teacher
+        check_heard(config, own_teacher)
+        identity["teacher"] = name_of(own_teacher)
+        length = preset.training.highlight_length if config.uses("highlight_length") else None
+        answers = checked(own_teacher, length)
+        make_teacher = lambda _: answers  # noqa: E731
     start = _learner(config, preset, make_env, make_teacher)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
@@ -146,13 +152,10 @@ def _learner(
     return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 
-def _identity(config: TrainConfig, own_teacher: Teacher | None) -> Results:
+def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
     del settings["out"], settings["resume"]
-    if own_teacher is not None:
-        named = own_teacher if hasattr(own_teacher, "__qualname__") else type(own_teacher)
-        settings["teacher"] = f"{named.__module__}.{named.__qualname__}"
     return settings | {"env_settings": parse_env_settings(config.env_settings)}
 
 
@@ -164,7 +167,7 @@ def _env_maker(config: TrainConfig, preset: EnvPreset) -> MakeEnv:
 class _Bar:
     """Says what is happening, how far it is, and how the policy does meanwhile.
 
-    Where the output is a file, in which no bar moves, there is a line for every tenth of the way.
+    In a log file, where no bar moves, there is a line for every tenth of the way.
     """
 
     def __init__(self, progress: Progress) -> None:
@@ -175,7 +178,7 @@ class _Bar:
         does = self._does if share < 1 else ""
         self._progress.update(self._bar, description=says + does, completed=share)
         console, tenths = self._progress.console, int(10 * share)
-        if tenths > self._tenths and not console.is_terminal:
+        if tenths > self._tenths and not (console.is_terminal or console.is_jupyter):
             self._tenths = tenths
             console.print(f"{share:4.0%} {says}{does}", highlight=False, soft_wrap=True)
 

@@ -1,0 +1,95 @@
+"""A teacher of the caller's own: what it is called, and what its answers have to be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from polite.experiments.training.config import TrainConfig
+from polite.methods.history import Teacher
+from polite.types import Answer, InvalidValueError, Query, SegmentPool
+
+SIMULATED_ONLY = ("marks", "highlights_missed", "highlights_wrong_sign", "highlights_shifted")
+"""Settings that say where simulated teachers place highlights."""
+
+
+def as_function(teacher: Any) -> Teacher:
+    """The function that answers: the teacher itself, or its method `answer_queries`.
+
+    Raises:
+        InvalidValueError: if it has neither.
+    """
+    function = getattr(teacher, "answer_queries", teacher)
+    if not callable(function):
+        raise InvalidValueError(
+            "teacher: expected a name, a function (segments, pairs, random generator) -> answers, "
+            f"or an object with such a method answer_queries, got {teacher!r}"
+        )
+    return function  # type: ignore[no-any-return]
+
+
+def name_of(teacher: Teacher) -> str:
+    """Module and name, for the record; a partial function goes by what it calls."""
+    while isinstance(teacher, partial):
+        teacher = teacher.func
+    named: Any = teacher if hasattr(teacher, "__qualname__") else type(teacher)
+    return f"{named.__module__}.{named.__qualname__}"
+
+
+def check_heard(config: TrainConfig, teacher: Teacher) -> None:
+    """Check that the method asks somebody, and that nothing was set for another teacher.
+
+    Raises:
+        InvalidValueError: naming what would go unheard.
+    """
+    if not config.uses("teacher"):
+        raise InvalidValueError(
+            f"teacher: {config.method} asks nobody; leave it out, got {name_of(teacher)}"
+        )
+    defaults = {field.name: field.default for field in fields(config)}
+    for name in SIMULATED_ONLY:
+        if getattr(config, name) != defaults[name]:
+            raise InvalidValueError(
+                f"{name}: for simulated teachers only; {name_of(teacher)} places its highlights "
+                f"itself, got {getattr(config, name)!r}"
+            )
+
+
+def checked(teacher: Teacher, length: int | None) -> Teacher:
+    """The same teacher, whose answers are looked at before anything is learned from them.
+
+    Args:
+        teacher: whose.
+        length: L, how many steps a highlight reaches back to the loss; None if none reads it.
+
+    Returns:
+        A teacher that raises InvalidValueError unless there is an answer to each query, in their
+        order, with highlights of that length.
+    """
+
+    def answer(
+        pool: SegmentPool, queries: Sequence[Query], rng: np.random.Generator
+    ) -> list[Answer]:
+        answers = list(teacher(pool, queries, rng) or ())
+        asked = range(len(queries))
+        if not all(isinstance(each, Answer) for each in answers) or [
+            each.query for each in answers
+        ] != list(asked):
+            raise InvalidValueError(
+                f"teacher: expected {len(asked)} Answers, one to each query in their order (query "
+                f"= 0, 1, …), got {len(answers)} of {name_of(teacher)}: {answers[:3]} …"
+            )
+        for each in answers:
+            for highlight in (each.positive, each.negative):
+                if highlight and length is not None and highlight.length != length:
+                    raise InvalidValueError(
+                        f"teacher: expected highlights of length {length}, as the loss reads them "
+                        f"(highlight_length), got {highlight} of {name_of(teacher)}"
+                    )
+        return answers
+
+    return answer
