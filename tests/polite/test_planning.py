@@ -136,7 +136,7 @@ def found(rows: list[dict[str, Any]], **wanted: object) -> dict[str, Any]:
 
 
 def test_plan_from_a_benchmark(tmp_path: Path) -> None:
-    results = summarise(synthetic_grid(3))
+    results = summarise(synthetic_grid(5))
     control = {"variant": "no-termination", "reached": "at", "queries": 1.0, "low": 1.0, "high": 1}
     rows = results["queries_to_reach"]
     results["queries_to_reach"] = [*({**row, **control} for row in rows), *rows]
