@@ -107,6 +107,8 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
         place = {"env": "Walker2d-v5", "seed": seed}
         runs.append(synthetic_run("polite", 200, form="choice", **place))
         runs.append(synthetic_run("preferences", 262, **place))
+        place = {"env": "HalfCheetah-v5", "form": "choice", "seed": seed - 5}
+        runs += [synthetic_run("polite", 200, variant=v, **place) for v in ("", "shuffled")]
     return runs
 
 

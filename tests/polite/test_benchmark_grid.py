@@ -139,10 +139,12 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
 
 def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
     runs = chosen(variant=("shuffled", "equal-updates"))
-    assert runs == [run for run in grid("fast")[1] if run.variant]
+    assert runs == [run for stage in (1, 4) for run in grid("fast")[stage] if run.variant]
     envs = ("Walker2d-v5", "HalfCheetah-v5")
     cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
-    assert cells == [(env, *c, seed) for seed in range(5) for c in CONTROLS for env in envs]
+    every = [(env, *c, seed) for seed in range(5) for c in CONTROLS for env in envs]
+    anew = [("HalfCheetah-v5", *CONTROLS[0], seed) for seed in range(5, 10)]
+    assert cells == every + anew
     plain = chosen(stage=(2,), method=("preferences-262",), variant=("none",))
     assert {run.variant for run in plain} == {""} and len(plain) == 10
 

@@ -467,9 +467,27 @@ def test_new_seeds_are_judged_on_their_own() -> None:
     assert verdict([*records, *later], "bar-equal-effort")["measured"] == pytest.approx(0.0)
 
 
+def test_new_seeds_of_the_shuffled_control_are_judged_on_their_own() -> None:
+    ours: dict[str, Any] = {"form": "choice", "env": "HalfCheetah-v5"}
+
+    def both(plain: float, shuffled: float) -> Records:
+        control = cells({P200: shuffled}, variant="shuffled", **ours)
+        return cells({P200: plain}, **ours) + control
+
+    records = both(900.0, 500.0)
+    assert "control-shuffled-anew" not in {claim["id"] for claim in judge_benchmark(records)}
+    later = both(500.0, 900.0)
+    for record in later:
+        record["run"]["seed"] += 5
+    judged = verdict([*records, *later], "control-shuffled-anew")
+    assert (judged["verdict"], judged["measured"]) == ("not reproduced", pytest.approx(-400.0))
+    assert verdict([*records, *later], "control-shuffled")["measured"] == pytest.approx(0.0)
+
+
 def test_envs_count_alike_however_many_runs_they_have() -> None:
-    records = synthetic_grid(4)
-    plain = [r for r in records if r["run"]["seed"] < 10]
-    parts = summarise(plain)["aggregates"]
+    records = [r for r in synthetic_grid(4) if r["run"]["seed"] < 10]
+    same = [r for r in records if r["run"]["seed"] < 4]
+    assert {r["run"]["env"] for r in records if r not in same} == {"HalfCheetah-v5"}
+    parts = summarise(same)["aggregates"]
     assert parts and summarise(records)["aggregates"] == parts
     assert all(len(set(part["n"])) == 1 for part in parts)

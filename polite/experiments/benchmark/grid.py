@@ -266,6 +266,12 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                 ),
                 seeds=range(10, 20),
             ),
+            Block(  # and five this one
+                cells=_cell(
+                    "polite", 200, form="choice", variant="shuffled", envs=("HalfCheetah-v5",)
+                ),
+                seeds=range(5, 10),
+            ),
         ),
     ),
     "paper": (
