@@ -122,7 +122,7 @@ class Watch:
 
     def run(self) -> Path:
         """Draw; returns the path of the clip or picture."""
-        from polite.experiments.training.watch import watch
+        from polite.experiments.watch import watch
 
         return watch(self.folder, self.out, self.seed)
 

@@ -9,13 +9,13 @@ import torch
 from PIL import Image
 from stub_envs import PointEnv
 
+from polite.experiments import watch as watch_module
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.record import record_path
-from polite.experiments.training import watch as watch_module
+from polite.experiments.trained import read_trained
 from polite.experiments.training.judge import judge
 from polite.experiments.training.train import train
-from polite.experiments.training.trained import read_trained
-from polite.experiments.training.watch import paid, play, watch
+from polite.experiments.watch import paid, play, watch
 from polite.files import write_json
 from polite.plots.episode import below_frames
 from polite.policies.policy import GaussianPolicy, save_policy

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from polite.clips import Frames, renderer, write_clip
 from polite.experiments.runner import make_progress
+from polite.experiments.trained import Trained, read_trained
 from polite.experiments.training.judge import EVALUATION_SEED
-from polite.experiments.training.trained import Trained, read_trained
 from polite.files import write_atomically
 from polite.plots.episode import FRAMES, Traces, below_frames, draw_episode
 from polite.plots.style import STYLE, WIDTH
