@@ -16,6 +16,7 @@ from polite.analysis.aggregate import (
 from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
     EQUAL_UPDATES,
+    FEW_EPOCHS,
     HIGHLIGHTED,
     NAMES,
     SHUFFLED,
@@ -39,14 +40,18 @@ HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _BASELINES: Final = [Wanted("preferences", queries) for queries in (800, 262)]
 _UPDATED: Final = [which._replace(variant=EQUAL_UPDATES) for which in _BASELINES]
+_BRIEF: Final = [
+    which._replace(variant=FEW_EPOCHS) for which in (Wanted("polite", 200), *_BASELINES)
+]
 CONTROLS: Final = (
     (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
     *((Wanted("polite", 200), control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
     (_UPDATED[0], _UPDATED[1]),
+    *((control, control._replace(variant="")) for control in _BRIEF),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal."""
+more answers do once the updates are equal; what few epochs of r̂ do."""
 
 
 def summarise(

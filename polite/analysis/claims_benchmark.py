@@ -17,6 +17,7 @@ from typing import Any, Final
 
 from polite.analysis.benchmark_records import (
     EQUAL_UPDATES,
+    FEW_EPOCHS,
     HIGHLIGHTED,
     PAIRWISE,
     PAPER_FORM,
@@ -43,6 +44,9 @@ UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
+BRIEF_200 = Wanted("polite", 200, FEW_EPOCHS)
+BRIEF_262 = Wanted("preferences", 262, FEW_EPOCHS)
+BRIEF_800 = Wanted("preferences", 800, FEW_EPOCHS)
 NOT_IN_PAPER = "not in the paper"
 ABOVE_0 = "Welch's 95% t interval over runs lies above 0."
 NO_WORSE = (
@@ -52,6 +56,10 @@ NO_WORSE = (
 AT_EQUAL_UPDATES = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
+)
+AT_FEW_EPOCHS = (
+    "On both sides the reward model is trained for an eighth of the released epochs, near the best "
+    "of both on fixed segments."
 )
 AT_EQUAL_STEPS = (
     "at equal policy steps (a longer training is read off its curve where the shorter one ends; "
@@ -175,11 +183,19 @@ def _synergy(view: View) -> tuple[Part, ...]:
     )
 
 
-def _no_worse(baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
-    name = label(*baseline)
+def _no_worse(baseline: Wanted, ours: Wanted = POLITE_200) -> Callable[[View], tuple[Part, ...]]:
+    name, own = label(*baseline), label(*ours)
     return lambda view: (
-        at_least(f"POLITE-200 minus {name}", view.difference(POLITE_200, baseline), 0),
-        above(f"POLITE-200 / {name}", view.ratio(POLITE_200, baseline), NEAR),
+        at_least(f"{own} minus {name}", view.difference(ours, baseline), 0),
+        above(f"{own} / {name}", view.ratio(ours, baseline), NEAR),
+    )
+
+
+def _fewer_epochs(view: View) -> tuple[Part, ...]:
+    pairs = ((few, few._replace(variant="")) for few in (BRIEF_200, BRIEF_262, BRIEF_800))
+    return tuple(
+        above(f"{label(*few)} minus {label(*plain)}", view.difference(few, plain), 0)
+        for few, plain in pairs
     )
 
 
@@ -365,6 +381,38 @@ RULES: Final[tuple[Rule, ...]] = (
         f"{AT_EQUAL_UPDATES} Final true return, POLITE-200 minus {label(*UPDATED_262)}: {ABOVE_0}",
         (POLITE_200, UPDATED_262),
         _above(f"POLITE-200 minus {label(*UPDATED_262)}", POLITE_200, UPDATED_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-fewer-queries",
+        "With few epochs too, POLITE-200 in our form is no worse than baseline-800",
+        NOT_IN_PAPER,
+        f"{AT_FEW_EPOCHS} {NO_WORSE}",
+        (BRIEF_200, BRIEF_800),
+        _no_worse(BRIEF_800, BRIEF_200),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-equal-effort",
+        "With few epochs too, POLITE-200 in our form beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"{AT_FEW_EPOCHS} Final true return, {label(*BRIEF_200)} minus {label(*BRIEF_262)}: "
+        f"{ABOVE_0}",
+        (BRIEF_200, BRIEF_262),
+        _above(f"{label(*BRIEF_200)} minus {label(*BRIEF_262)}", BRIEF_200, BRIEF_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-help",
+        "The released epochs are too many: with an eighth of them POLITE-200 in our form, "
+        "baseline-262 and baseline-800 do better",
+        NOT_IN_PAPER,
+        f"Final true return, each with few epochs minus itself with all: {ABOVE_0}",
+        (BRIEF_200, POLITE_200, BRIEF_262, BASELINE_262, BRIEF_800, BASELINE_800),
+        _fewer_epochs,
         kind="comparison",
         own=True,
     ),

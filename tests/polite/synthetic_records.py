@@ -97,6 +97,9 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
             runs.append(synthetic_run("polite", 200, form="choice", variant="shuffled", **place))
             equal = {"variant": "equal-updates", **place}
             runs += [synthetic_run("preferences", q, **equal) for q in (262, 800)]
+            few = {"variant": "few-epochs", **place}
+            runs += [synthetic_run("preferences", q, **few) for q in (262, 800)]
+            runs.append(synthetic_run("polite", 200, form="choice", **few))
             if seed < 3:
                 runs += [synthetic_run("pebble", q, steps=STEPS // 4, **place) for q in (200, 400)]
         free = {"env": env, "variant": "no-termination"}

@@ -20,6 +20,9 @@ CONTROLS = (
     ("polite-200", "choice", "shuffled"),
     ("preferences-800", None, "equal-updates"),
     ("preferences-262", None, "equal-updates"),
+    ("polite-200", "choice", "few-epochs"),
+    ("preferences-262", None, "few-epochs"),
+    ("preferences-800", None, "few-epochs"),
 )
 HEADLINE = replace(RUN, method="preferences", queries=800, highlights=None)
 
@@ -49,6 +52,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"variant": "no-termination"},
         {"variant": "shuffled"},
         {"variant": "equal-updates"},
+        {"variant": "few-epochs"},
         {"seed": 1},
     ],
 )
@@ -138,7 +142,7 @@ def test_filters_keep_the_order_and_narrow_together() -> None:
 
 
 def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
-    runs = chosen(variant=("shuffled", "equal-updates"))
+    runs = chosen(variant=("shuffled", "equal-updates", "few-epochs"))
     assert runs == [run for stage in (1, 4) for run in grid("fast")[stage] if run.variant]
     envs = ("Walker2d-v5", "HalfCheetah-v5")
     cells = [(run.env, run.label, run.highlights, run.variant, run.seed) for run in runs]
@@ -159,7 +163,7 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"highlights": ("best",)}, "highlights: .*best"),
         (
             {"variant": ("no",)},
-            "variant: .*equal-updates, no-termination, none, shuffled; got no",
+            "variant: .*equal-updates, few-epochs, no-termination, none, shuffled; got no",
         ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],

@@ -84,7 +84,7 @@ def test_page_answers_the_headline_for_every_loss_and_form(
 ) -> None:
     asked = [c for c in results["comparisons"] if c["second"] == "baseline-800"]
     asked = [c for c in asked if c["first"] == "POLITE-200"]
-    assert len(asked) == 8  # two envs: pairwise, released, our form, and a variant
+    assert len(asked) == 10  # two envs: pairwise, released, our form, and two variants
     words = ("beats baseline-800", "falls short of baseline-800", "not told apart from baseline-8")
     assert sum(page.text.count(text) for text in words) == len(asked)
 

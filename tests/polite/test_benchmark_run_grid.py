@@ -52,7 +52,7 @@ from polite.experiments.benchmark.tensorboard import TensorBoard
 from polite.experiments.run_folder import claim_folder
 from polite.files import marks, write_json
 from polite.methods.presets import PRESETS
-from polite.methods.schedules import EqualUpdates
+from polite.methods.schedules import EqualUpdates, Schedule
 from polite.types import (
     FIRST,
     SECOND,
@@ -231,6 +231,7 @@ def test_a_record_of_other_settings_stays_until_its_run_has_another(
         {"variant": "no-termination"},
         {"variant": "shuffled"},
         {"variant": "equal-updates"},
+        {"variant": "few-epochs"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -435,6 +436,7 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
             changes: dict[str, dict[str, Any]] = {
                 "shuffled": {},
                 "equal-updates": {"schedule": EqualUpdates(reference=200)},
+                "few-epochs": {"schedule": Schedule(first_epochs=25, later_epochs=6)},
             }
             assert config == replace(plain, **changes[run.variant])
 

@@ -208,6 +208,26 @@ def test_the_controls_of_the_bar(levels: tuple[float, float, float], expected: l
         assert (claim["kind"], claim["variant"], claim["missing"]) == ("comparison", "", [])
 
 
+def test_few_epochs_are_compared_with_all_and_among_themselves() -> None:
+    ours: dict[str, Any] = {"form": "choice"}
+    records = cells({P200: 700.0, B262: 400.0, B800: 500.0}, **ours)
+    records += cells({P200: 800.0, B262: 600.0, B800: 850.0}, variant="few-epochs", **ours)
+    expected = {
+        "few-epochs-help": ("reproduced", 100.0),
+        "few-epochs-equal-effort": ("reproduced", 200.0),
+        "few-epochs-fewer-queries": ("not reproduced", -50.0),
+        "bar-fewer-queries": ("reproduced", 200.0),
+    }
+    for identifier, (said, difference) in expected.items():
+        claim = verdict(records, identifier)
+        assert (claim["verdict"], claim["parts"][0]["measured"]) == (
+            said,
+            pytest.approx(difference),
+        )
+    measured = [part["measured"] for part in verdict(records, "few-epochs-help")["parts"]]
+    assert measured == pytest.approx([100.0, 200.0, 350.0])
+
+
 def test_a_control_is_no_cell_of_the_plain_comparisons_and_the_other_way_round() -> None:
     records = with_controls(700.0, 790.0, 900.0)
     assert verdict(records, "bar-fewer-queries")["measured"] == pytest.approx(300)

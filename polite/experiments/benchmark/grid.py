@@ -32,7 +32,8 @@ class Run:
     variant: str = ""
     """"" or another way to train. "no-termination": the env ends no episode that has gone wrong.
     "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
-    the reward model gets as many gradient updates after each session as with 200 queries."""
+    the reward model gets as many gradient updates after each session as with 200 queries.
+    "few-epochs": it is trained for an eighth of the release's epochs."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -214,6 +215,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("polite", 200, form="choice", variant="shuffled"),
                     *_cell("preferences", 800, variant="equal-updates"),
                     *_cell("preferences", 262, variant="equal-updates"),
+                    *_cell("polite", 200, form="choice", variant="few-epochs"),
+                    *_cell("preferences", 262, variant="few-epochs"),
+                    *_cell("preferences", 800, variant="few-epochs"),
                     *_cell("polite", 100, form="choice"),
                     *_cell("polite", 400, form="choice"),
                     *_cell("preferences", 525),

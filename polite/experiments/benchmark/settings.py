@@ -46,6 +46,7 @@ VARIANTS: Final[Mapping[str, Variant]] = {
     "no-termination": Variant(env={"terminate_when_unhealthy": False}),
     "shuffled": Variant(shuffled=True),
     "equal-updates": Variant(schedule=EqualUpdates(reference=200)),  # as many as the headline's
+    "few-epochs": Variant(schedule=Schedule(first_epochs=25, later_epochs=6)),
 }
 """By the names that runs have for them."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
