@@ -21,7 +21,7 @@ RULE = (
     "rank correlation with the true reward; a candidate whose pair accuracy is below that of "
     "preferences alone in any env (the whole 95% interval of the paired difference below 0) is "
     "not eligible. Candidates with more marks, networks or noise than one answer, one network and "
-    "a careful teacher are shown, and not ranked."
+    "a careful teacher, or with fewer epochs, are shown, and not ranked."
 )
 """Which candidate is the best; written before the run that is landed."""
 

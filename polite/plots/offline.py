@@ -18,6 +18,8 @@ LADDER_LOOKS: Final[Mapping[str, Look]] = {
     "preferences": Look("preferences alone", ORANGE, "--", "s"),
     "paper": Look("highlights as in the paper", VERMILION, "-.", "D"),
     "choice": Look("highlights as a choice", BLUE, "-", "o"),
+    "preferences-few-epochs": Look("preferences alone, few epochs", ORANGE, ":", "^"),
+    "choice-few-epochs": Look("highlights as a choice, few epochs", BLUE, ":", "v"),
 }
 """How the candidates that are compared at every budget are drawn."""
 

@@ -260,5 +260,5 @@ def test_preferences_alone_leave_highlights_out() -> None:
 def test_the_papers_candidate_has_the_papers_weights() -> None:
     config = CANDIDATES["paper"].training(preset_of(ENV))
     assert (config.highlights, config.alpha_positive, config.alpha_negative) == ("paper", 10.0, 5.0)
-    assert bench_module.BENCHES["full"].budgets_of("paper") == (50, 100, 200, 400, 800)
+    assert bench_module.BENCHES["full"].budgets_of("paper") == (50, 100, 200, 262, 400, 800)
     assert bench_module.BENCHES["full"].budgets_of("margin") == (50, 200)

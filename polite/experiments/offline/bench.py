@@ -49,7 +49,7 @@ BENCHES: Final = {
             PoolConfig("Walker2d-v5", 25_600, segments=100, held_out=50),
             PoolConfig("SocialCorridor-v0", 12_000, segments=100, held_out=50),
         ),
-        names=LADDER,
+        names=LADDER[:3],
         budgets=(20,),
         ladder=(),
         seeds=2,
@@ -62,7 +62,7 @@ BENCHES: Final = {
         ),
         names=tuple(CANDIDATES),
         budgets=(50, 200),
-        ladder=(100, 400, 800),
+        ladder=(100, 262, 400, 800),
         seeds=10,
     ),
 }

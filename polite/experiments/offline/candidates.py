@@ -13,6 +13,8 @@ from polite.teachers.noise import HighlightNoise
 
 EPOCHS, STEP_SIZE = 100, 1e-3
 """All answers are there at once, so a larger step for fewer passes than in the ten sessions."""
+FEW_EPOCHS = 12
+"""An eighth of them."""
 NOISE = HighlightNoise(miss_probability=0.3, wrong_sign_probability=0.1, shift_probability=0.3)
 """Three in ten highlights missed, as many beside their moment, one answer in ten upside down."""
 
@@ -40,16 +42,18 @@ class Candidate:
     """How often highlights go wrong."""
     shuffled: bool = False
     """Whether the highlights are dealt out anew among the answers: a null model."""
+    epochs: int = EPOCHS
+    """Passes over the answers."""
 
     @property
     def ranked(self) -> bool:
-        """Whether it has one highlight a sign, one network and a careful teacher, as the others."""
+        """Whether it has one highlight a sign, one network, all epochs and a careful teacher."""
         plain = self.windows == self.members == 1 and not self.shuffled
-        return plain and self.noise == HighlightNoise()
+        return plain and self.epochs == EPOCHS and self.noise == HighlightNoise()
 
     def training(self, preset: EnvPreset) -> RewardTrainingConfig:
         """How its reward model is trained in an env."""
-        config = replace(preset.training, epochs=EPOCHS, learning_rate=STEP_SIZE)
+        config = replace(preset.training, epochs=self.epochs, learning_rate=STEP_SIZE)
         if self.form is None:
             return config.without_highlights()
         config = replace(config, highlights=self.form)
@@ -81,7 +85,18 @@ CANDIDATES: Final[Mapping[str, Candidate]] = {
     "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=NOISE),
     "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=NOISE),
     "choice-shuffled": Candidate("choice, highlights that say nothing", "choice", shuffled=True),
+    "preferences-few-epochs": Candidate("preferences alone, 12 epochs", None, epochs=FEW_EPOCHS),
+    "paper-few-epochs": Candidate(
+        "the paper's, 12 epochs", "paper", None, False, epochs=FEW_EPOCHS
+    ),
+    "choice-few-epochs": Candidate("choice, 12 epochs", "choice", epochs=FEW_EPOCHS),
+    "choice-few-epochs-shuffled": Candidate(
+        "choice, highlights that say nothing, 12 epochs",
+        "choice",
+        shuffled=True,
+        epochs=FEW_EPOCHS,
+    ),
 }
 """By name; the first is what the others are compared with."""
-LADDER: Final = (BASELINE, "paper", "choice")
+LADDER: Final = (BASELINE, "paper", "choice", "preferences-few-epochs", "choice-few-epochs")
 """The candidates that are compared at every budget."""
