@@ -28,7 +28,8 @@ from polite.analysis.benchmark_records import (
     Run,
     label,
 )
-from polite.analysis.claims_benchmark import EQUAL_EFFORT, judge_grid
+from polite.analysis.benchmark_rules_own import EQUAL_EFFORT
+from polite.analysis.claims_benchmark import judge_grid
 from polite.analysis.comparisons import View, Wanted
 from polite.analysis.numbers import Array
 from polite.analysis.query_budget import queries_to_reach

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from polite.analysis.benchmark_records import ANY_LOSS, PAIRWISE, PAPER_FORM, UNASKED
-from polite.analysis.claims_benchmark import EQUAL_EFFORT
+from polite.analysis.benchmark_rules_own import EQUAL_EFFORT
 from polite.plots.benchmark import (
     draw_aggregates,
     draw_cells,

@@ -1,0 +1,201 @@
+"""What the paper does not compare, and what we ask of ourselves: the bar, and its controls."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from polite.analysis.benchmark_records import EQUAL_UPDATES, FEW_EPOCHS, SHUFFLED, label
+from polite.analysis.benchmark_rules import (
+    ABOVE_0,
+    BASELINE_800,
+    NEAR,
+    POLITE_200,
+    Rule,
+    is_above,
+)
+from polite.analysis.comparisons import View, Wanted
+from polite.analysis.verdicts import Part, above, at_least
+
+EQUAL_EFFORT: Final = {200: 262, 400: 525}
+"""Queries without highlights that take people as long as those with them: 31% more, rounded."""
+BASELINE_262 = Wanted("preferences", 262)
+SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
+UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
+UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
+BRIEF_200 = Wanted("polite", 200, FEW_EPOCHS)
+BRIEF_262 = Wanted("preferences", 262, FEW_EPOCHS)
+BRIEF_800 = Wanted("preferences", 800, FEW_EPOCHS)
+NOT_IN_PAPER: Final = "not in the paper"
+NO_WORSE: Final = (
+    "The mean final true return as measured is at least baseline-800's (its interval may straddle "
+    f"that), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
+)
+AT_EQUAL_UPDATES: Final = (
+    "In this control the reward model is updated as often after each session as POLITE-200's, "
+    "however many answers there are."
+)
+AT_FEW_EPOCHS: Final = (
+    "On both sides the reward model is trained for an eighth of the released epochs, near the best "
+    "of both on fixed segments."
+)
+
+
+def _no_worse(baseline: Wanted, ours: Wanted = POLITE_200) -> Callable[[View], tuple[Part, ...]]:
+    name, own = label(*baseline), label(*ours)
+    return lambda view: (
+        at_least(f"{own} minus {name}", view.difference(ours, baseline), 0),
+        above(f"{own} / {name}", view.ratio(ours, baseline), NEAR),
+    )
+
+
+def _fewer_epochs(view: View) -> tuple[Part, ...]:
+    pairs = ((few, few._replace(variant="")) for few in (BRIEF_200, BRIEF_262, BRIEF_800))
+    return tuple(
+        above(f"{label(*few)} minus {label(*plain)}", view.difference(few, plain), 0)
+        for few, plain in pairs
+    )
+
+
+OWN_RULES: Final[tuple[Rule, ...]] = (
+    *(
+        Rule(
+            f"equal-effort-{queries}",
+            f"POLITE-{queries} beats the baseline at equal effort of people ({more} queries)",
+            NOT_IN_PAPER,
+            f"A query with highlights takes 31% more time. Final true return, POLITE-{queries} "
+            f"minus baseline-{more}: {ABOVE_0}",
+            (Wanted("polite", queries), Wanted("preferences", more)),
+            is_above(
+                f"POLITE-{queries} minus baseline-{more}",
+                Wanted("polite", queries),
+                Wanted("preferences", more),
+            ),
+            kind="comparison",
+        )
+        for queries, more in EQUAL_EFFORT.items()
+    ),
+    Rule(
+        "bar-fewer-queries",
+        "Our bar: with our form of the highlights, POLITE-200 is no worse than baseline-800",
+        NOT_IN_PAPER,
+        NO_WORSE,
+        (POLITE_200, BASELINE_800),
+        _no_worse(BASELINE_800),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "bar-equal-effort",
+        "Our bar: with our form of the highlights, POLITE-200 beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"Final true return, POLITE-200 minus baseline-262: {ABOVE_0}",
+        (POLITE_200, BASELINE_262),
+        is_above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "bar-equal-effort-anew",
+        "The same on ten new seeds alone: POLITE-200 in our form beats the baseline at equal "
+        "effort on Walker2d",
+        NOT_IN_PAPER,
+        "Seeds 0 to 9 had left it undecided, so that ten more were run. Final true return of seeds "
+        f"10 and later, POLITE-200 minus baseline-262: {ABOVE_0}",
+        (POLITE_200, BASELINE_262),
+        is_above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
+        env="Walker2d",
+        kind="comparison",
+        own=True,
+        first_seed=10,
+    ),
+    Rule(
+        "more-answers",
+        "More answers help the baseline: with 800 it beats itself with 262",
+        NOT_IN_PAPER,
+        f"Final true return, baseline-800 minus baseline-262: {ABOVE_0} (Written when its "
+        "means in the landed grid were the other way round.)",
+        (BASELINE_800, BASELINE_262),
+        is_above("baseline-800 minus baseline-262", BASELINE_800, BASELINE_262),
+        kind="comparison",
+    ),
+    Rule(
+        "control-shuffled",
+        "What highlights say counts: POLITE-200 in our form beats itself with shuffled highlights",
+        NOT_IN_PAPER,
+        "In this control the highlights of each session are dealt out anew among its answers. "
+        f"Final true return, POLITE-200 minus {label(*SHUFFLED_200)}: {ABOVE_0}",
+        (POLITE_200, SHUFFLED_200),
+        is_above(f"POLITE-200 minus {label(*SHUFFLED_200)}", POLITE_200, SHUFFLED_200),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "control-shuffled-anew",
+        "The same on five new seeds alone: POLITE-200 in our form beats itself with shuffled "
+        "highlights on HalfCheetah",
+        NOT_IN_PAPER,
+        "Seeds 0 to 4 of the control had left it undecided, so that five more were run; those of "
+        "POLITE-200 itself had been read by then. Final true return of seeds 5 and later, "
+        f"POLITE-200 minus {label(*SHUFFLED_200)}: {ABOVE_0}",
+        (POLITE_200, SHUFFLED_200),
+        is_above(f"POLITE-200 minus {label(*SHUFFLED_200)}", POLITE_200, SHUFFLED_200),
+        env="HalfCheetah",
+        kind="comparison",
+        own=True,
+        first_seed=5,
+    ),
+    Rule(
+        "control-fewer-queries",
+        "At equal updates too, POLITE-200 in our form is no worse than baseline-800",
+        NOT_IN_PAPER,
+        f"{AT_EQUAL_UPDATES} {NO_WORSE}",
+        (POLITE_200, UPDATED_800),
+        _no_worse(UPDATED_800),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "control-equal-effort",
+        "At equal updates too, POLITE-200 in our form beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"{AT_EQUAL_UPDATES} Final true return, POLITE-200 minus {label(*UPDATED_262)}: {ABOVE_0}",
+        (POLITE_200, UPDATED_262),
+        is_above(f"POLITE-200 minus {label(*UPDATED_262)}", POLITE_200, UPDATED_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-fewer-queries",
+        "With few epochs too, POLITE-200 in our form is no worse than baseline-800",
+        NOT_IN_PAPER,
+        f"{AT_FEW_EPOCHS} {NO_WORSE}",
+        (BRIEF_200, BRIEF_800),
+        _no_worse(BRIEF_800, BRIEF_200),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-equal-effort",
+        "With few epochs too, POLITE-200 in our form beats the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"{AT_FEW_EPOCHS} Final true return, {label(*BRIEF_200)} minus {label(*BRIEF_262)}: "
+        f"{ABOVE_0}",
+        (BRIEF_200, BRIEF_262),
+        is_above(f"{label(*BRIEF_200)} minus {label(*BRIEF_262)}", BRIEF_200, BRIEF_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "few-epochs-help",
+        "The released epochs are too many: with an eighth of them POLITE-200 in our form, "
+        "baseline-262 and baseline-800 do better",
+        NOT_IN_PAPER,
+        f"Final true return, each with few epochs minus itself with all: {ABOVE_0}",
+        (BRIEF_200, POLITE_200, BRIEF_262, BASELINE_262, BRIEF_800, BASELINE_800),
+        _fewer_epochs,
+        kind="comparison",
+        own=True,
+    ),
+)
+"""The comparisons at equal effort, the bar, and the controls that say what it is worth."""
