@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, log1p
-from typing import Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple, Self, TypeAlias
 
 from polite.rewards.trainer import updates_per_epoch
 from polite.types import InvalidValueError
@@ -18,6 +18,21 @@ HALF_RATE = 2e6
 
 LATER: Final[Mapping[str, bool]] = {"later": True}
 """Marks a setting that came when runs had been landed: at its default their fingerprints stay."""
+
+
+class Epochs(NamedTuple):
+    """How long a reward model is trained, in passes over all answers so far."""
+
+    first: int
+    """After the first session."""
+    later: int
+    """After each later one."""
+
+
+RELEASED_EPOCHS: Final = Epochs(200, 50)
+"""The authors' release."""
+FEW_EPOCHS: Final = Epochs(25, 6)
+"""An eighth of that, so that fewer of the labels that are wrong are learned by heart."""
 
 
 class Session(NamedTuple):
@@ -84,9 +99,9 @@ class Schedule:
     """New segments of a session for each of its queries."""
     recent_sessions: int = 5
     """Pairs are drawn from the segments of this many last sessions."""
-    first_epochs: int = 200
+    first_epochs: int = RELEASED_EPOCHS.first
     """Passes over the answers after the first session."""
-    later_epochs: int = 50
+    later_epochs: int = RELEASED_EPOCHS.later
     """Passes over all answers so far after each later session."""
     strategy: Strategy = even_sessions
     """How the queries are spread."""
@@ -115,6 +130,10 @@ class Schedule:
                 "expected counts ≥ 1, segments_per_query ≥ 2 and (sessions − 1) · interval in "
                 f"[0, 1), got {self}"
             )
+
+    def with_epochs(self, epochs: Epochs) -> Self:
+        """The same sessions, with a reward model that is trained for so long."""
+        return replace(self, first_epochs=epochs.first, later_epochs=epochs.later)
 
     def plan(self, queries: int, steps: int) -> list[Session]:
         """Spread the queries over sessions; those that would ask nothing are left out.

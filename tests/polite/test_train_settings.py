@@ -1,6 +1,6 @@
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args, get_type_hints
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from polite.methods.config import METHODS
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.presets import OWN_FORM, PRESETS, EnvPreset
-from polite.methods.schedules import SCHEDULES, Schedule
+from polite.methods.schedules import FEW_EPOCHS, RELEASED_EPOCHS, SCHEDULES, Schedule
 from polite.rewards.network import PAPER
 from polite.samplers import uniform_pairs
 from polite.teachers.bpref import BPREF_TEACHERS
@@ -84,9 +84,10 @@ def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
         expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
-    assert learning.schedule == Schedule() and learning.members == 1
+    few = Schedule(first_epochs=25, later_epochs=6)
+    assert learning.schedule == few and learning.members == 1
     shown = learning_config(replace(CONFIG, show_ends=True), WALKER)
-    assert shown == replace(learning, schedule=Schedule(show_ends=True))
+    assert shown == replace(learning, schedule=replace(few, show_ends=True))
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
 
 
@@ -95,6 +96,7 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     adapted = adapt_preset(WALKER, config)
     learning = learning_config(config, adapted)
     assert (learning.net, learning.ppo) == (PAPER, WALKER.paper_ppo)
+    assert learning.schedule == Schedule()  # the released epochs
     assert learning.training.highlights == "paper"
     assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
     teacher = teacher_maker(config, adapted)(POOL)
@@ -102,6 +104,18 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     assert teacher(POOL, QUERIES, np.random.default_rng(2)) == expected
     both = adapt_preset(WALKER, replace(config, highlights="choice"))
     assert both.training.highlights == "choice" and both.net == PAPER
+
+
+@pytest.mark.parametrize("schedule", SCHEDULES)
+def test_a_schedule_keeps_its_sessions_whatever_the_epochs(schedule: Any) -> None:
+    released, few = (
+        learning_config(replace(CONFIG, schedule=schedule), replace(WALKER, epochs=epochs)).schedule
+        for epochs in (RELEASED_EPOCHS, FEW_EPOCHS)
+    )
+    assert released == SCHEDULES[schedule]
+    assert few.plan(200, 1_000_000) == released.plan(200, 1_000_000)
+    asked = [each.epochs(number, 20, 64, 1000) for each in (released, few) for number in (1, 2)]
+    assert asked == [200, 50, 25, 6]
 
 
 def test_pebble_learns_by_the_envs_loss() -> None:

@@ -64,8 +64,9 @@ class TrainConfig:
     PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well; sac:
     its SAC on the env's own reward."""
     preset: Literal["fast", "paper"] = "fast"
-    """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
-    highlights, reward model with dropout and PPO, all of which take far longer."""
+    """fast: highlights as a choice, a small reward model that is trained for as few epochs as is
+    good for it, PPO for a laptop; paper: the paper's highlights, reward model with dropout, its
+    epochs and PPO, all of which take far longer."""
     queries: int = 200
     """Pairs of clips that the teacher is asked about."""
     steps: int = 200_000

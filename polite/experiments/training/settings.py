@@ -37,7 +37,9 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
-        schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends),
+        schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends).with_epochs(
+            preset.epochs
+        ),
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
         members=config.members,
