@@ -36,6 +36,7 @@ from polite.report.benchmark_selection import (
     Results,
     ablation_budget,
     cell_groups,
+    compared_variants,
     full_length,
     has_quality,
     main_cells,
@@ -67,27 +68,34 @@ def draw_benchmark_figures(results: Results, folder: Path) -> list[Path]:
 
 
 def learning_figure(results: Results) -> Figure | None:
-    """Fig. 4: one row an env, one column a loss and form of highlights.
+    """Fig. 4: one row an env, one column a loss, form of highlights and variant of the training.
 
     The paper's form stands beside baselines with as many queries, as in the paper, ours beside
     those of equal effort.
     """
-    envs, columns = results["envs"], places(results)
+    envs = results["envs"]
+    columns = [
+        (place, variant)
+        for place in places(results)
+        for variant in ("", *compared_variants(results, place))
+    ]
     if not columns:
         return None
     figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
     axes = figure.subplots(len(envs), len(columns), squeeze=False, sharex=True, sharey="row")
     shown: list[Cell] = []
     for row, env in zip(axes, envs, strict=True):
-        for ax, place in zip(row, columns, strict=True):
+        for ax, (place, variant) in zip(row, columns, strict=True):
             others = EQUAL_EFFORT.values() if place[1] == PAPER_FORM else EQUAL_EFFORT
             cells = [
                 cell
-                for cell in seen_cells(results, env, place)
+                for cell in seen_cells(results, env, place, variant)
                 if cell["method"] != "highlights"
                 and not (cell["method"] == "preferences" and cell["queries"] in others)
             ]
-            draw_learning_curves(ax, cells).set_title(f"{env}\n{short_title(place)}")
+            draw_learning_curves(ax, cells).set_title(
+                f"{env}{variant and f', {variant}'}\n{short_title(place)}"
+            )
             shown += cells
     for ax in axes.flat:
         ax.label_outer()

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from polite.analysis.benchmark_records import ANY_LOSS, HIGHLIGHTED, PAIRWISE, PAPER_FORM
+from polite.analysis.benchmark_records import (
+    ANY_LOSS,
+    HIGHLIGHTED,
+    PAIRWISE,
+    PAPER_FORM,
+    TRAININGS,
+    UNASKED,
+)
 from polite.plots.benchmark import in_order
 
 Results = Mapping[str, Any]
@@ -44,15 +51,33 @@ def main_cells(results: Results, env: str) -> list[Cell]:
     return [c for c in results["cells"] if (c["env"], c["variant"]) == (env, "")]
 
 
-def seen_cells(results: Results, env: str, place: Place) -> list[Cell]:
-    """The cells that belong to a loss and form; what learns from no preference fits any loss."""
+def seen_cells(results: Results, env: str, place: Place, variant: str = "") -> list[Cell]:
+    """The cells that belong to a loss and form; what learns from no preference fits any loss.
+
+    Beside a variant of the training stand floor and ceiling, which it does not change.
+    """
     loss, form = place
     return [
         cell
-        for cell in main_cells(results, env)
-        if (cell["loss"] == loss or cell["method"] in ANY_LOSS)
+        for cell in results["cells"]
+        if cell["env"] == env
+        and (cell["variant"] == variant or (not cell["variant"] and cell["method"] in UNASKED))
+        and (cell["loss"] == loss or cell["method"] in ANY_LOSS)
         and (cell["method"] not in HIGHLIGHTED or cell["highlights"] == form)
     ]
+
+
+def compared_variants(results: Results, place: Place) -> list[str]:
+    """Variants of the training under which POLITE and the baseline were run in any env."""
+    found = {
+        variant: {
+            cell["method"]
+            for env in results["envs"]
+            for cell in seen_cells(results, env, place, variant)
+        }
+        for variant in TRAININGS
+    }
+    return [variant for variant, methods in found.items() if methods >= {"polite", "preferences"}]
 
 
 def full_length(cells: Sequence[Cell]) -> list[Cell]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ from polite.plots.methods import HUES, look_of
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import FIGURES, improvement_figure, learning_figure
-from polite.report.benchmark_selection import places
+from polite.report.benchmark_selection import compared_variants, seen_cells
 from polite.report.benchmark_words import (
     benchmark_findings,
     condition_words,
@@ -217,13 +216,29 @@ def test_each_form_stands_beside_its_own_baselines(results: dict[str, Any]) -> N
     figure = learning_figure(results)
     assert figure is not None
     shown: dict[bool, set[str]] = {True: set(), False: set()}
-    for ax, (_, form) in zip(figure.axes, cycle(places(results)), strict=False):
+    for ax in figure.axes:
         labels = {str(line.get_label()) for line in ax.lines}
-        shown[form == "choice"] |= {name for name in labels if "baseline" in name}
+        shown["choice" in ax.get_title()] |= {name for name in labels if "baseline" in name}
     assert shown == {
         True: {"baseline-262", "baseline-525", "baseline-800"},
         False: {"baseline-400", "baseline-800"},
     }
+
+
+def test_a_variant_that_compares_has_curves_of_its_own(results: dict[str, Any]) -> None:
+    assert compared_variants(results, ("pairwise", "choice")) == ["few-epochs"]
+    assert compared_variants(results, ("released", "paper")) == []
+    figure = learning_figure(results)
+    assert figure is not None
+    (ax,) = (ax for ax in figure.axes if "Walker2d-v5, few-epochs" in ax.get_title())
+    lines = {str(line.get_label()): line.get_ydata() for line in ax.lines}
+    cells = seen_cells(results, "Walker2d-v5", ("pairwise", "choice"), "few-epochs")
+    floor_and_ceiling = {"true reward", "untrained reward"}
+    asked = {"POLITE-200", "baseline-262", "baseline-800"}
+    assert {cell["label"] for cell in cells} == asked | floor_and_ceiling
+    for cell in cells:
+        name = cell["label"] + (" (choice)" if cell["highlights"] == "choice" else "")
+        np.testing.assert_allclose(lines[name], cell["curve"]["mean"])
 
 
 def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]) -> None:
