@@ -93,9 +93,8 @@ def learning_figure(results: Results) -> Figure | None:
                 if cell["method"] != "highlights"
                 and not (cell["method"] == "preferences" and cell["queries"] in others)
             ]
-            draw_learning_curves(ax, cells).set_title(
-                f"{env}{variant and f', {variant}'}\n{short_title(place)}"
-            )
+            title = f"{env}\n{short_title(place)}" + (f"\n{variant}" if variant else "")
+            draw_learning_curves(ax, cells).set_title(title)
             shown += cells
     for ax in axes.flat:
         ax.label_outer()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from page_outline import Outline
@@ -23,6 +24,7 @@ from polite.plots.benchmark import (
 )
 from polite.plots.benchmark_effects import draw_ablation, draw_improvement, pair_name
 from polite.plots.methods import HUES, look_of
+from polite.plots.style import STYLE
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import FIGURES, improvement_figure, learning_figure
@@ -213,12 +215,13 @@ def test_learning_curves_draw_the_mean_with_its_standard_error(
 
 
 def test_each_form_stands_beside_its_own_baselines(results: dict[str, Any]) -> None:
-    figure = learning_figure(results)
+    with rc_context(STYLE):
+        figure = learning_figure(results)
     assert figure is not None
     shown: dict[bool, set[str]] = {True: set(), False: set()}
     for ax in figure.axes:
         labels = {str(line.get_label()) for line in ax.lines}
-        shown["choice" in ax.get_title()] |= {name for name in labels if "baseline" in name}
+        shown["choice" in ax.get_title("left")] |= {name for name in labels if "baseline" in name}
     assert shown == {
         True: {"baseline-262", "baseline-525", "baseline-800"},
         False: {"baseline-400", "baseline-800"},
@@ -228,9 +231,11 @@ def test_each_form_stands_beside_its_own_baselines(results: dict[str, Any]) -> N
 def test_a_variant_that_compares_has_curves_of_its_own(results: dict[str, Any]) -> None:
     assert compared_variants(results, ("pairwise", "choice")) == ["few-epochs"]
     assert compared_variants(results, ("released", "paper")) == []
-    figure = learning_figure(results)
+    with rc_context(STYLE):
+        figure = learning_figure(results)
     assert figure is not None
-    (ax,) = (ax for ax in figure.axes if "Walker2d-v5, few-epochs" in ax.get_title())
+    titles = {ax.get_title("left"): ax for ax in figure.axes}
+    (ax,) = (ax for says, ax in titles.items() if "Walker2d" in says and "few-epochs" in says)
     lines = {str(line.get_label()): line.get_ydata() for line in ax.lines}
     cells = seen_cells(results, "Walker2d-v5", ("pairwise", "choice"), "few-epochs")
     floor_and_ceiling = {"true reward", "untrained reward"}
