@@ -33,14 +33,16 @@ class Rule:
     kind: Kind = "emergent"
     """Under the paper's own conditions."""
     own: bool = False
-    """Whether it is about our form, under the pairwise loss and without a variant, alone."""
+    """Whether it is about our form, under the pairwise loss and the variants below, alone."""
+    variants: tuple[str, ...] = ("",)
+    """Of a rule of our own: under which variants of the training it is judged."""
     first_seed: int = 0
     """Runs of lower seeds are left out: for seeds that were added after others had been read."""
 
     def applies(self, env: str, condition: Condition) -> bool:
         """Whether the claim is about this env under this condition."""
-        ours = condition.highlights not in (PAPER_FORM, None) and not condition.variant
-        meant = not self.own or (ours and condition.loss == PAIRWISE)
+        ours = condition.highlights not in (PAPER_FORM, None) and condition.loss == PAIRWISE
+        meant = not self.own or (ours and condition.variant in self.variants)
         return env.startswith(self.env) and meant
 
     @property

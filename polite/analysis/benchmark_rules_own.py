@@ -23,9 +23,8 @@ BASELINE_262 = Wanted("preferences", 262)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
-BRIEF_200 = Wanted("polite", 200, FEW_EPOCHS)
-BRIEF_262 = Wanted("preferences", 262, FEW_EPOCHS)
-BRIEF_800 = Wanted("preferences", 800, FEW_EPOCHS)
+PLAIN: Final = (POLITE_200, BASELINE_800, BASELINE_262)
+WITH_FEW_EPOCHS: Final = tuple(which._replace(variant=FEW_EPOCHS) for which in PLAIN)
 NOT_IN_PAPER: Final = "not in the paper"
 NO_WORSE: Final = (
     "The mean final true return as measured is at least baseline-800's (its interval may straddle "
@@ -35,22 +34,18 @@ AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
 )
-AT_FEW_EPOCHS: Final = (
-    "On both sides the reward model is trained for an eighth of the released epochs, near the best "
-    "of both on fixed segments."
-)
 
 
-def _no_worse(baseline: Wanted, ours: Wanted = POLITE_200) -> Callable[[View], tuple[Part, ...]]:
-    name, own = label(*baseline), label(*ours)
+def _no_worse(baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
+    name = label(*baseline)
     return lambda view: (
-        at_least(f"{own} minus {name}", view.difference(ours, baseline), 0),
-        above(f"{own} / {name}", view.ratio(ours, baseline), NEAR),
+        at_least(f"POLITE-200 minus {name}", view.difference(POLITE_200, baseline), 0),
+        above(f"POLITE-200 / {name}", view.ratio(POLITE_200, baseline), NEAR),
     )
 
 
-def _fewer_epochs(view: View) -> tuple[Part, ...]:
-    pairs = ((few, few._replace(variant="")) for few in (BRIEF_200, BRIEF_262, BRIEF_800))
+def _few_epochs(view: View) -> tuple[Part, ...]:
+    pairs = ((few, few._replace(variant="")) for few in WITH_FEW_EPOCHS)
     return tuple(
         above(f"{label(*few)} minus {label(*plain)}", view.difference(few, plain), 0)
         for few, plain in pairs
@@ -84,6 +79,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         _no_worse(BASELINE_800),
         kind="comparison",
         own=True,
+        variants=("", FEW_EPOCHS),
     ),
     Rule(
         "bar-equal-effort",
@@ -94,6 +90,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         is_above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
         own=True,
+        variants=("", FEW_EPOCHS),
     ),
     Rule(
         "bar-equal-effort-anew",
@@ -166,34 +163,13 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         own=True,
     ),
     Rule(
-        "few-epochs-fewer-queries",
-        "With few epochs too, POLITE-200 in our form is no worse than baseline-800",
-        NOT_IN_PAPER,
-        f"{AT_FEW_EPOCHS} {NO_WORSE}",
-        (BRIEF_200, BRIEF_800),
-        _no_worse(BRIEF_800, BRIEF_200),
-        kind="comparison",
-        own=True,
-    ),
-    Rule(
-        "few-epochs-equal-effort",
-        "With few epochs too, POLITE-200 in our form beats the baseline at equal effort",
-        NOT_IN_PAPER,
-        f"{AT_FEW_EPOCHS} Final true return, {label(*BRIEF_200)} minus {label(*BRIEF_262)}: "
-        f"{ABOVE_0}",
-        (BRIEF_200, BRIEF_262),
-        is_above(f"{label(*BRIEF_200)} minus {label(*BRIEF_262)}", BRIEF_200, BRIEF_262),
-        kind="comparison",
-        own=True,
-    ),
-    Rule(
-        "few-epochs-help",
+        "control-few-epochs",
         "The released epochs are too many: with an eighth of them POLITE-200 in our form, "
         "baseline-262 and baseline-800 do better",
         NOT_IN_PAPER,
         f"Final true return, each with few epochs minus itself with all: {ABOVE_0}",
-        (BRIEF_200, POLITE_200, BRIEF_262, BASELINE_262, BRIEF_800, BASELINE_800),
-        _fewer_epochs,
+        (*WITH_FEW_EPOCHS, *PLAIN),
+        _few_epochs,
         kind="comparison",
         own=True,
     ),

@@ -15,11 +15,8 @@ from polite.analysis.aggregate import (
 )
 from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
-    EQUAL_UPDATES,
-    FEW_EPOCHS,
     HIGHLIGHTED,
     NAMES,
-    SHUFFLED,
     UNASKED,
     Cell,
     Condition,
@@ -28,7 +25,15 @@ from polite.analysis.benchmark_records import (
     Run,
     label,
 )
-from polite.analysis.benchmark_rules_own import EQUAL_EFFORT
+from polite.analysis.benchmark_rules import POLITE_200
+from polite.analysis.benchmark_rules_own import (
+    EQUAL_EFFORT,
+    PLAIN,
+    SHUFFLED_200,
+    UPDATED_262,
+    UPDATED_800,
+    WITH_FEW_EPOCHS,
+)
 from polite.analysis.claims_benchmark import judge_grid
 from polite.analysis.comparisons import View, Wanted
 from polite.analysis.numbers import Array
@@ -39,17 +44,13 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 """Shares of the true reward's return whose queries are looked for."""
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
-_BASELINES: Final = [Wanted("preferences", queries) for queries in (800, 262)]
-_UPDATED: Final = [which._replace(variant=EQUAL_UPDATES) for which in _BASELINES]
-_BRIEF: Final = [
-    which._replace(variant=FEW_EPOCHS) for which in (Wanted("polite", 200), *_BASELINES)
-]
+_UPDATED: Final = (UPDATED_800, UPDATED_262)
 CONTROLS: Final = (
-    (Wanted("polite", 200), Wanted("polite", 200, SHUFFLED)),
-    *((Wanted("polite", 200), control) for control in _UPDATED),
+    (POLITE_200, SHUFFLED_200),
+    *((POLITE_200, control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
-    (_UPDATED[0], _UPDATED[1]),
-    *((control, control._replace(variant="")) for control in _BRIEF),
+    (UPDATED_800, UPDATED_262),
+    *zip(WITH_FEW_EPOCHS, PLAIN, strict=True),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
 more answers do once the updates are equal; what few epochs of r̂ do."""

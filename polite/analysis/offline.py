@@ -23,7 +23,8 @@ RULE = (
     "not eligible. Candidates with more marks, networks or noise than one answer, one network and "
     "a careful teacher, or with fewer epochs, are shown, and not ranked."
 )
-"""Which candidate is the best; written before the run that is landed."""
+"""Which candidate is the best; written before the run that is landed, whose rule has no word on
+epochs."""
 
 
 def summarise_trials(trials: Trials, ranked: Mapping[str, bool]) -> dict[str, Any]:

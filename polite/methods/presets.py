@@ -8,7 +8,6 @@ from typing import Any, Final
 
 from polite.methods.history import Teacher
 from polite.methods.preference_learning import MakeTeacher
-from polite.methods.schedules import FEW_EPOCHS, RELEASED_EPOCHS, Epochs
 from polite.policies.ppo import PpoConfig
 from polite.rewards.network import FAST, PAPER, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
@@ -41,10 +40,9 @@ class EnvPreset:
     """The same with the paper's numbers; None where there are none."""
     net: RewardNetConfig = FAST
     """The reward model."""
-    epochs: Epochs = FEW_EPOCHS
-    """How long the reward model is trained in the sessions."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Keywords of the env."""
+
     marks_unusual: bool = False
     """Whether the oracle's highlight thresholds are quantiles of the segments around
     (`QuantileOracle`), instead of the oracle's own."""
@@ -52,12 +50,8 @@ class EnvPreset:
     """Whether the highlights of each session are dealt out anew among its answers."""
 
     def as_in_paper(self) -> EnvPreset:
-        """The same with the paper's reward network and, where the paper has numbers, its PPO.
-
-        And with the epochs of the authors' release.
-        """
-        ppo = self.paper_ppo or self.ppo
-        return replace(self, net=PAPER, ppo=ppo, epochs=RELEASED_EPOCHS)
+        """The same with the paper's reward network and, where the paper has numbers, its PPO."""
+        return replace(self, net=PAPER, ppo=self.paper_ppo or self.ppo)
 
     def with_highlights(self, form: str) -> EnvPreset:
         """The same with a form of the highlight loss, a name in `HIGHLIGHT_LOSSES`.
@@ -98,7 +92,6 @@ PRESETS: Final[Mapping[str, EnvPreset]] = {
         # At a fixed horizon all corridors are at the same part of their episodes: only a rollout of
         # a whole episode shows an update every part.
         ppo=PpoConfig(num_envs=4, rollout=600, batch_size=240, log_std=-0.5),
-        epochs=RELEASED_EPOCHS,  # few of them are too few here, as are few answers
         settings={"terminate_on_goal": False, "terminate_on_collision": False},
     ),
     "HalfCheetah": EnvPreset(

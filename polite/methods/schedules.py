@@ -29,10 +29,8 @@ class Epochs(NamedTuple):
     """After each later one."""
 
 
-RELEASED_EPOCHS: Final = Epochs(200, 50)
-"""The authors' release."""
-FEW_EPOCHS: Final = Epochs(25, 6)
-"""An eighth of that, so that fewer of the labels that are wrong are learned by heart."""
+EPOCHS: Final[Mapping[str, Epochs]] = {"released": Epochs(200, 50), "few": Epochs(25, 6)}
+"""By the name that configurations use: the authors' release, and an eighth of it."""
 
 
 class Session(NamedTuple):
@@ -99,9 +97,9 @@ class Schedule:
     """New segments of a session for each of its queries."""
     recent_sessions: int = 5
     """Pairs are drawn from the segments of this many last sessions."""
-    first_epochs: int = RELEASED_EPOCHS.first
+    first_epochs: int = EPOCHS["released"].first
     """Passes over the answers after the first session."""
-    later_epochs: int = RELEASED_EPOCHS.later
+    later_epochs: int = EPOCHS["released"].later
     """Passes over all answers so far after each later session."""
     strategy: Strategy = even_sessions
     """How the queries are spread."""

@@ -257,6 +257,15 @@ def test_preferences_alone_leave_highlights_out() -> None:
     assert (config.alpha_positive, config.alpha_negative) == (0.0, 0.0)
 
 
+@pytest.mark.parametrize("name", [name for name in CANDIDATES if "few-epochs" in name])
+def test_few_epochs_are_an_eighth_and_out_of_the_ranking(name: str) -> None:
+    few, plain = CANDIDATES[name], CANDIDATES[name.replace("-few-epochs", "")]
+    preset = preset_of(ENV)
+    assert few.training(preset) == replace(plain.training(preset), epochs=12)
+    assert not few.ranked and "12 epochs" in few.says
+    assert replace(few, epochs=100, says=plain.says) == plain
+
+
 def test_the_papers_candidate_has_the_papers_weights() -> None:
     config = CANDIDATES["paper"].training(preset_of(ENV))
     assert (config.highlights, config.alpha_positive, config.alpha_negative) == ("paper", 10.0, 5.0)

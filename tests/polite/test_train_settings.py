@@ -17,7 +17,7 @@ from polite.methods.config import METHODS
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.presets import OWN_FORM, PRESETS, EnvPreset
-from polite.methods.schedules import FEW_EPOCHS, RELEASED_EPOCHS, SCHEDULES, Schedule
+from polite.methods.schedules import EPOCHS, SCHEDULES, Schedule
 from polite.rewards.network import PAPER
 from polite.samplers import uniform_pairs
 from polite.teachers.bpref import BPREF_TEACHERS
@@ -71,6 +71,7 @@ def expressed(given):
         ("schedule", set(SCHEDULES)),
         ("method", {*METHODS, *PEBBLE_METHODS}),
         ("preset", set(FORMS)),
+        ("epochs", set(EPOCHS)),
     ],
 )
 def test_the_command_line_offers_all_there_is(name: str, known) -> None:
@@ -84,10 +85,9 @@ def test_without_a_wish_highlights_are_read_in_our_own_form() -> None:
         expected = own.make_teacher(POOL)(POOL, QUERIES, np.random.default_rng(2))
         assert answers(preset) == expected
     learning = learning_config(CONFIG, WALKER)
-    few = Schedule(first_epochs=25, later_epochs=6)
-    assert learning.schedule == few and learning.members == 1
+    assert learning.schedule == Schedule() and learning.members == 1
     shown = learning_config(replace(CONFIG, show_ends=True), WALKER)
-    assert shown == replace(learning, schedule=replace(few, show_ends=True))
+    assert shown == replace(learning, schedule=Schedule(show_ends=True))
     assert learning.sampler is PAIR_SAMPLERS["uniform"]
 
 
@@ -96,7 +96,6 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
     adapted = adapt_preset(WALKER, config)
     learning = learning_config(config, adapted)
     assert (learning.net, learning.ppo) == (PAPER, WALKER.paper_ppo)
-    assert learning.schedule == Schedule()  # the released epochs
     assert learning.training.highlights == "paper"
     assert (learning.training.alpha_positive, learning.training.alpha_negative) == (10.0, 5.0)
     teacher = teacher_maker(config, adapted)(POOL)
@@ -108,10 +107,8 @@ def test_the_papers_preset_is_the_papers_in_all() -> None:
 
 @pytest.mark.parametrize("schedule", SCHEDULES)
 def test_a_schedule_keeps_its_sessions_whatever_the_epochs(schedule: Any) -> None:
-    released, few = (
-        learning_config(replace(CONFIG, schedule=schedule), replace(WALKER, epochs=epochs)).schedule
-        for epochs in (RELEASED_EPOCHS, FEW_EPOCHS)
-    )
+    configs = (replace(CONFIG, schedule=schedule, epochs=epochs) for epochs in EPOCHS)
+    released, few = (learning_config(config, WALKER).schedule for config in configs)
     assert released == SCHEDULES[schedule]
     assert few.plan(200, 1_000_000) == released.plan(200, 1_000_000)
     asked = [each.epochs(number, 20, 64, 1000) for each in (released, few) for number in (1, 2)]
@@ -134,6 +131,7 @@ def test_pebble_learns_by_the_envs_loss() -> None:
         {"schedule": "up-front"},
         {"sampler": "entropy"},
         {"members": 5},
+        {"epochs": "few"},
         {"show_ends": True},
         {"normalise": True},
         {"validation_share": 0.2},

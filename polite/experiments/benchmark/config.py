@@ -44,7 +44,8 @@ class BenchmarkConfig:
     with shuffled highlights, with equal updates of the reward model and with few epochs of it
     3: highlights alone, and Walker2d without its early end
     4: PEBBLE, and POLITE with 100
-    5: five more seeds of the headline, and on Walker2d ten more of POLITE-200 and baseline-262"""
+    5: five more seeds of the headline, on Walker2d ten more of POLITE-200 and baseline-262, on
+    HalfCheetah five more with shuffled highlights"""
     highlights: Names = ()
     """Only these forms of the highlight loss: paper, choice; none for runs without highlights."""
     loss: Names = ()

@@ -19,7 +19,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import RANDOM_SEGMENTS, MakeEnv
 from polite.methods.presets import EnvPreset, preset_of
-from polite.methods.schedules import FEW_EPOCHS, LATER, SCHEDULES, EqualUpdates
+from polite.methods.schedules import EPOCHS, LATER, SCHEDULES, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
@@ -46,7 +46,7 @@ VARIANTS: Final[Mapping[str, Variant]] = {
     "no-termination": Variant(env={"terminate_when_unhealthy": False}),
     "shuffled": Variant(shuffled=True),
     "equal-updates": Variant(schedule=EqualUpdates(reference=200)),  # as many as the headline's
-    "few-epochs": Variant(schedule=Schedule().with_epochs(FEW_EPOCHS)),
+    "few-epochs": Variant(schedule=Schedule().with_epochs(EPOCHS["few"])),
 }
 """By the names that runs have for them."""
 SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}

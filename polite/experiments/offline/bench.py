@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from polite.analysis.offline import summarise_trials
-from polite.experiments.offline.candidates import CANDIDATES, LADDER
+from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER
 from polite.experiments.offline.pools import PoolConfig, build_pools, load_pools
 from polite.experiments.offline.trial import run_trial
 from polite.experiments.run_folder import claim_folder
@@ -18,7 +18,7 @@ from polite.files import write_json
 from polite.methods.presets import preset_of
 from polite.report.offline import BENCH, write_offline_report
 
-FORMAT = 1
+FORMAT = 2
 """Of the results; a folder of another format is not gone on with."""
 RESULTS = "results.json"
 
@@ -49,7 +49,7 @@ BENCHES: Final = {
             PoolConfig("Walker2d-v5", 25_600, segments=100, held_out=50),
             PoolConfig("SocialCorridor-v0", 12_000, segments=100, held_out=50),
         ),
-        names=LADDER[:3],
+        names=(BASELINE, "paper", "choice"),
         budgets=(20,),
         ladder=(),
         seeds=2,

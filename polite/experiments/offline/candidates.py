@@ -13,8 +13,8 @@ from polite.teachers.noise import HighlightNoise
 
 EPOCHS, STEP_SIZE = 100, 1e-3
 """All answers are there at once, so a larger step for fewer passes than in the ten sessions."""
-FEW_EPOCHS = 12
-"""An eighth of them."""
+FEW = EPOCHS // 8
+"""Passes of the candidates whose name ends in few-epochs."""
 NOISE = HighlightNoise(miss_probability=0.3, wrong_sign_probability=0.1, shift_probability=0.3)
 """Three in ten highlights missed, as many beside their moment, one answer in ten upside down."""
 
@@ -85,16 +85,14 @@ CANDIDATES: Final[Mapping[str, Candidate]] = {
     "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=NOISE),
     "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=NOISE),
     "choice-shuffled": Candidate("choice, highlights that say nothing", "choice", shuffled=True),
-    "preferences-few-epochs": Candidate("preferences alone, 12 epochs", None, epochs=FEW_EPOCHS),
-    "paper-few-epochs": Candidate(
-        "the paper's, 12 epochs", "paper", None, False, epochs=FEW_EPOCHS
-    ),
-    "choice-few-epochs": Candidate("choice, 12 epochs", "choice", epochs=FEW_EPOCHS),
+    "preferences-few-epochs": Candidate(f"preferences alone, {FEW} epochs", None, epochs=FEW),
+    "paper-few-epochs": Candidate(f"the paper's, {FEW} epochs", "paper", None, False, epochs=FEW),
+    "choice-few-epochs": Candidate(f"choice, {FEW} epochs", "choice", epochs=FEW),
     "choice-few-epochs-shuffled": Candidate(
-        "choice, highlights that say nothing, 12 epochs",
+        f"choice, highlights that say nothing, {FEW} epochs",
         "choice",
         shuffled=True,
-        epochs=FEW_EPOCHS,
+        epochs=FEW,
     ),
 }
 """By name; the first is what the others are compared with."""

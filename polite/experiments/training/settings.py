@@ -17,7 +17,7 @@ from polite.methods.pebble_config import (
 )
 from polite.methods.preference_learning import MakeTeacher
 from polite.methods.presets import OWN_FORM, EnvPreset
-from polite.methods.schedules import SCHEDULES
+from polite.methods.schedules import EPOCHS, SCHEDULES
 from polite.teachers.bpref import BPREF_TEACHERS, BPrefTeacher
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
@@ -38,7 +38,7 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         queries=config.queries,
         steps=config.steps,
         schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends).with_epochs(
-            preset.epochs
+            EPOCHS[config.epochs]
         ),
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
