@@ -63,7 +63,7 @@ def draw_ladder(ax: Axes, rows: Rows, stage: str, measure: str, ylabel: str) -> 
             draw_band(ax, [row["queries"] for row in own], mean, low, high, look)
     budgets = sorted({int(row["queries"]) for row in rows if row["candidate"] in LADDER_LOOKS})
     ax.set_xscale("log", base=2)
-    ax.set_xticks(budgets, [str(budget) for budget in budgets])
+    ax.set_xticks(budgets, [str(budget) for budget in budgets], rotation=45)
     ax.minorticks_off()
     ax.set_xlabel("queries")
     ax.set_ylabel(ylabel)

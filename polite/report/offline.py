@@ -161,7 +161,7 @@ def _ladder(results: Results) -> Figure:
             rows = [row for row in results["rows"] if row["env"] == env]
             draw_ladder(ax, rows, "late", measure, MEASURES[measure])
             ax.set_title(env)
-    shared_legend(picture, grid[0][0], "95% t interval over trials")
+    shared_legend(picture, grid[0][0], "95% t interval over trials", columns=3)
     return picture
 
 
