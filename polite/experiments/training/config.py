@@ -92,8 +92,8 @@ class TrainConfig:
     epochs: Literal["released", "few"] = "released"
     """How long the reward model is trained. released: 200 passes over the answers after the first
     session and 50 after each later one, as the authors' release; few: an eighth of that, which on
-    HalfCheetah led to better policies with 800 queries and 1,000,000 steps, and to worse ones with
-    200 and 200,000. PEBBLE has its own number."""
+    HalfCheetah led to better policies with 800 queries and 1,000,000 steps, and in two runs to
+    worse ones with 200 and 200,000. PEBBLE has its own number."""
     sampler: Literal["uniform", "disagreement", "entropy", "k-centre", "disputed-k-centre"] = (
         "uniform"
     )
