@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
@@ -29,10 +30,11 @@ from polite.types import PoliteError
 
 BUSY: Final = 5.0
 """How long to wait for somebody else's write [s]."""
+_AGAIN: Final = 0.01
+"""Between two attempts to open a new database that somebody else is writing [s]."""
 CONNECTIONS: Final = 20
 """Kept open by each process at the most; PostgreSQL allows 100 in all unless it is told more."""
 _PRAGMAS: Final = (
-    "journal_mode = WAL",  # readers and the writer do not wait for each other
     "synchronous = FULL",  # a confirmed answer is on disk, whatever dies then
     "foreign_keys = ON",
     "secure_delete = ON",  # what somebody withdrew is overwritten
@@ -176,16 +178,17 @@ def _engine(url: str, busy: float) -> Engine:
             f"(extra `postgresql`), got one that cannot be used ({one_line(error)})"
         ) from error
     if sqlite:
-        _set_up_sqlite(engine)
+        _set_up_sqlite(engine, busy)
     return engine
 
 
-def _set_up_sqlite(engine: Engine) -> None:
+def _set_up_sqlite(engine: Engine, busy: float) -> None:
     """Set the pragmas, and begin transactions ourselves: Python's sqlite3 would begin them late."""
 
     @event.listens_for(engine, "connect")
     def connect(raw: sqlite3.Connection, _: object) -> None:
         raw.isolation_level = None
+        _keep_a_log(raw, busy)
         for pragma in _PRAGMAS:
             raw.execute(f"PRAGMA {pragma}").close()
 
@@ -199,6 +202,24 @@ def _set_up_sqlite(engine: Engine) -> None:
         level = "FULL" if options["at_once"] else "NORMAL"
         connection.exec_driver_sql(f"PRAGMA synchronous = {level}")
         connection.exec_driver_sql("BEGIN IMMEDIATE")
+
+
+def _keep_a_log(raw: sqlite3.Connection, busy: float) -> None:
+    """Write ahead, so that readers and the writer do not wait for each other.
+
+    A new database is switched to it once, and SQLite gives up at once on whoever meets a writer
+    there, however long its timeout is: two processes that open it together would.
+    """
+    until = time.monotonic() + busy
+    while True:
+        try:
+            raw.execute("PRAGMA journal_mode = WAL").close()
+            return
+        except sqlite3.OperationalError as error:
+            locked = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY  # extended codes too
+            if not locked or time.monotonic() >= until:
+                raise
+        time.sleep(_AGAIN)
 
 
 @contextmanager

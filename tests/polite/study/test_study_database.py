@@ -1,3 +1,4 @@
+import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -138,6 +139,40 @@ def test_four_may_migrate_at_once(empty_url):
     assert differences(databases[0]) == []
     for database in databases:
         database.close()
+
+
+@pytest.fixture
+def new_file(tmp_path):
+    """A database without a log yet, and somebody who is writing to it."""
+    writer = sqlite3.connect(tmp_path / "new.db", isolation_level=None)
+    writer.execute("CREATE TABLE first (x)")
+    writer.execute("BEGIN IMMEDIATE")
+    yield sqlite_url(tmp_path / "new.db"), writer
+    writer.close()
+
+
+def test_whoever_opens_a_new_file_waits_for_its_writer(new_file, monkeypatch):
+    """SQLite itself would not: it cannot switch to a log meanwhile."""
+    url, writer = new_file
+    waited = []
+
+    def writer_ends(seconds):
+        waited.append(seconds)
+        writer.execute("COMMIT")
+
+    monkeypatch.setattr("polite.study.database.time.sleep", writer_ends)
+    database = Database(url)
+    with database.read() as connection:
+        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+    assert len(waited) == 1
+    database.close()
+
+
+def test_nobody_waits_for_ever_to_open_a_new_file(new_file):
+    database = Database(new_file[0], busy=0.05)
+    with pytest.raises(NotStoredError, match="locked"), database.read():
+        pass
+    database.close()
 
 
 def test_a_transaction_is_stored_whole_or_not_at_all(database):
