@@ -139,6 +139,15 @@ def test_only_what_has_no_sound_record_is_run_again(folder: Path) -> None:
     assert not any((folder / "live").iterdir())
 
 
+def test_a_killed_run_that_is_not_asked_for_again_no_longer_counts_as_running(folder: Path) -> None:
+    killed = replace(FIRST_RUN, seed=9)
+    said = {"says": "", "share": 0, "seconds": 0, "curve": {"return": []}}
+    write_json(live_path(folder, killed), said)
+    assert len(grid_status(folder, [killed]).running) == 1
+    run_grid(folder, RUNS[:1], Here())
+    assert not grid_status(folder, [killed]).running
+
+
 def test_an_error_within_a_run_is_its_outcome(tmp_path: Path) -> None:
     outcome = carry_out(replace(FIRST_RUN, variant="on-the-moon"), tmp_path)
     assert outcome.record is None

@@ -16,7 +16,7 @@ from polite.experiments.benchmark.board import Board, view
 from polite.experiments.benchmark.config import BenchmarkConfig
 from polite.experiments.benchmark.engines import Engine, LocalEngine
 from polite.experiments.benchmark.grid import Run, select
-from polite.experiments.benchmark.live import live_path
+from polite.experiments.benchmark.live import live_folder, live_path
 from polite.experiments.benchmark.page import identity, preset_in, report_grid
 from polite.experiments.benchmark.record import made_otherwise, read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
@@ -150,14 +150,16 @@ def run_grid(
 
 
 def _clear(folder: Path, left: Sequence[Run]) -> None:
-    """Remove what these runs left when they failed or were killed; make the folder for more.
+    """Remove what these runs left when they failed, and what any runs said when they were killed.
 
-    A record that other settings made stays until its run has another: days of work are not thrown
-    away by a `--resume` that is stopped again at once.
+    Nothing runs in the folder yet. A record that other settings made stays until its run has
+    another: days of work are not thrown away by a `--resume` that is stopped again at once.
     """
-    (folder / "live").mkdir(parents=True, exist_ok=True)
+    told = live_folder(folder)
+    told.mkdir(parents=True, exist_ok=True)
+    for path in told.iterdir():
+        path.unlink(missing_ok=True)
     for run in left:
-        live_path(folder, run).unlink(missing_ok=True)
         failure_path(folder, run).unlink(missing_ok=True)
 
 

@@ -18,9 +18,14 @@ EVERY = 3.0
 """Seconds between two writings, at least."""
 
 
+def live_folder(folder: Path) -> Path:
+    """Where all running runs of a grid say how far they are."""
+    return folder / "live"
+
+
 def live_path(folder: Path, run: Run) -> Path:
     """Where a running run says how far it is."""
-    return folder / "live" / f"{run.name}.json"
+    return live_folder(folder) / f"{run.name}.json"
 
 
 def read_live(folder: Path, run: Run) -> dict[str, Any] | None:
