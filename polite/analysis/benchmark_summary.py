@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any, Final
 
 import numpy as np
@@ -51,9 +52,10 @@ CONTROLS: Final = (
     *((control, control._replace(variant="")) for control in _UPDATED),
     (UPDATED_800, UPDATED_262),
     *zip(WITH_FEW_EPOCHS, PLAIN, strict=True),
+    *combinations(WITH_FEW_EPOCHS, 2),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal; what few epochs of r̂ do."""
+more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them."""
 
 
 def summarise(
