@@ -2,6 +2,7 @@
 
     polite study export DIR --out export
     python examples/people_to_reward.py export --out reward.pt
+    polite train --method given --reward reward.pt --out runs/policy    # with the study's --env
 
 The last participant's answers are kept from the training, and tell how well the model foresees what
 somebody else prefers.

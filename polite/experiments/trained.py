@@ -19,7 +19,7 @@ from polite.policies.policy import Policy
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.types import InvalidValueError, PoliteError
 
-_UNASKED: Final = UNASKED | {"sac"}
+_UNASKED: Final = UNASKED | {"sac", "given"}
 _FINISH: Final = "finish the training with --resume"
 
 

@@ -9,9 +9,8 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
-from polite.rewards.files import load_reward_model
+from polite.rewards.files import load_reward_model_for
 from polite.rewards.network import predict
-from polite.types import ShapeError
 
 
 class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -36,14 +35,9 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
         """
         RecordConstructorArgs.__init__(self, reward_model=str(reward_model))
         super().__init__(env)
-        self._model = load_reward_model(reward_model)
-        expected = (self._model.observation_size,), (self._model.action_size,)
-        seen = env.observation_space.shape, env.action_space.shape
-        if seen != expected:
-            raise ShapeError(
-                f"{reward_model}: was trained on observations and actions of shapes {expected}, "
-                f"got an env with {seen}"
-            )
+        self._model = load_reward_model_for(
+            reward_model, env.observation_space.shape, env.action_space.shape
+        )
         self._observation: Any = None
 
     def reset(

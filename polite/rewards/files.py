@@ -11,8 +11,10 @@ import torch
 from polite.files import damage, write_atomically
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNet, RewardNetConfig
-from polite.types import PoliteError
+from polite.types import PoliteError, ShapeError
 
+Shape = tuple[int, ...] | None
+"""Of an array of a Gymnasium space, which may have none."""
 _UNNORMALISED = {"level": torch.zeros(1), "scale": torch.ones(1)}  # the first files do not say
 
 
@@ -47,6 +49,31 @@ def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
         raise PoliteError(
             f"{path}: expected a reward model that polite saved ({damage(error)})"
         ) from None
+
+
+def load_reward_model_for(
+    path: Path | str, observations: Shape, actions: Shape
+) -> RewardNet | RewardEnsemble:
+    """Read a model that shall pay in an env.
+
+    Args:
+        path: the model's file.
+        observations: shape of the env's, (n,) where it fits.
+        actions: likewise, (v,).
+
+    Raises:
+        PoliteError: as `load_reward_model`.
+        ShapeError: the model was trained on observations or actions of other sizes.
+    """
+    model = load_reward_model(path)
+    expected = (model.observation_size,), (model.action_size,)
+    seen = observations, actions
+    if seen != expected:
+        raise ShapeError(
+            f"{path}: was trained on observations and actions of shapes {expected}, "
+            f"got an env with {seen}"
+        )
+    return model
 
 
 def _network(content: dict[str, Any], state: dict[str, Any]) -> RewardNet:

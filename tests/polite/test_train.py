@@ -25,7 +25,7 @@ from polite.policies.ppo import PpoConfig
 from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
-from polite.rewards.network import RewardNetConfig
+from polite.rewards.network import RewardNetConfig, predict
 from polite.teachers.oracle import Oracle
 from polite.types import Answer, Highlight, PoliteError, Query
 
@@ -85,6 +85,40 @@ def test_every_method_runs(tmp_path, method) -> None:
     assert (path.parent / "models" / "reward.pt").exists() == (
         method not in ("ground-truth", "sac")
     )
+
+
+def test_a_given_reward_model_pays_as_it_did_where_it_came_from(tmp_path) -> None:
+    """The untrained model is paid by from the start too: the same training, but nothing is new."""
+    source = run_train(settings(tmp_path / "a", method="untrained", members=2)).parent
+    reward = source / "models" / "reward.pt"
+    small = {"env": "Point-v0", "steps": 128, "evaluation_episodes": 3}
+    path = train(out=str(tmp_path / "b"), method="given", reward=str(reward), **small)
+    first, second = (
+        load_policy(folder / "models" / "policy.pt") for folder in (source, path.parent)
+    )
+    np.testing.assert_equal(second.weights, first.weights)
+    models = [load_reward_model(file) for file in (path.parent / "models" / "reward.pt", reward)]
+    paid = [predict(model, np.ones((3, 1)), np.zeros((3, 1))) for model in models]
+    np.testing.assert_array_equal(*paid)
+    results = json.loads(path.read_text("utf-8"))
+    assert results["config"]["reward"] == str(reward)
+    assert results["simulated"] is None and results["queries_asked"] == 0
+    assert results["collection_steps"] == 0
+    other = run_train(settings(tmp_path / "c", method="given", reward=reward, seed=1))
+    weights = load_policy(other.parent / "models" / "policy.pt").weights
+    assert not np.array_equal(weights[0], first.weights[0])
+
+
+@pytest.mark.parametrize("env", ["Pendulum-v1", "Point-v0"])
+def test_a_reward_model_of_another_env_or_none_is_refused_before_a_folder_is_made(
+    tmp_path, env
+) -> None:
+    reward = tmp_path / "a" / "run" / "models" / "reward.pt"
+    if env == "Pendulum-v1":
+        run_train(settings(tmp_path / "a", method="untrained"))
+    with pytest.raises(PoliteError, match=re.escape(str(reward))):
+        run_train(settings(tmp_path / "b", env=env, method="given", reward=reward))
+    assert not (tmp_path / "b").exists()
 
 
 class LastStep:

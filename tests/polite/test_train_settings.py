@@ -69,7 +69,7 @@ def expressed(given):
         ("teacher", {"polite", *BPREF_TEACHERS}),
         ("sampler", set(PAIR_SAMPLERS)),
         ("schedule", set(SCHEDULES)),
-        ("method", {*METHODS, *PEBBLE_METHODS}),
+        ("method", {*METHODS, "given", *PEBBLE_METHODS}),
         ("preset", set(FORMS)),
         ("epochs", set(EPOCHS)),
     ],
@@ -141,6 +141,23 @@ def test_pebble_learns_by_the_envs_loss() -> None:
 def test_what_pebble_would_not_heed_is_refused(change) -> None:
     with pytest.raises(InvalidValueError, match=next(iter(change))):
         replace(CONFIG, method="pebble", **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"method": "given"}, "reward: expected the file"),
+        ({"reward": Path("reward.pt")}, "reward: expected the file"),
+        ({"method": "untrained", "reward": Path("reward.pt")}, "reward: expected the file"),
+        (
+            {"method": "given", "reward": Path("reward.pt"), "members": 3},
+            "members: given has no use",
+        ),
+    ],
+)
+def test_a_given_reward_model_comes_with_its_method_and_nothing_learns(change, says) -> None:
+    with pytest.raises(InvalidValueError, match=says):
+        replace(CONFIG, **change)
 
 
 # --- teachers ------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ _UNHEARD = {
     "ground-truth": (*_ON_ANSWERS, "members", "normalise"),
     "sac": _ON_ANSWERS,
     "untrained": _ON_ANSWERS,
+    "given": (*_ON_ANSWERS, "members", "normalise"),
     "preferences": _ON_HIGHLIGHTS,
     "pebble": _ON_HIGHLIGHTS,
     "highlights": ("loss",),
@@ -55,14 +56,18 @@ class TrainConfig:
         "highlights",
         "untrained",
         "ground-truth",
+        "given",
         "pebble",
         "polite-pebble",
         "sac",
     ] = "polite"
     """polite: preferences and highlights; preferences, highlights: one of them alone; untrained: a
-    random reward model; ground-truth: the env's own reward; all by PPO. pebble: preferences, by
-    PEBBLE (SAC, relabelled replay, three reward models); polite-pebble: highlights as well; sac:
-    its SAC on the env's own reward."""
+    random reward model; ground-truth: the env's own reward; given: the reward model of --reward,
+    as it is; all by PPO. pebble: preferences, by PEBBLE (SAC, relabelled replay, three reward
+    models); polite-pebble: highlights as well; sac: its SAC on the env's own reward."""
+    reward: Path | None = None
+    """File of a reward model that is finished already, learned from people or by another run
+    (models/reward.pt), for --method given."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""
@@ -157,6 +162,11 @@ class TrainConfig:
         self._check_heard()
         self._check_teacher()
         self._check_reward_model()
+        if (self.reward is None) == (self.method == "given"):
+            raise self._unfit(
+                "reward",
+                "expected the file of a reward model with --method given, and with no other",
+            )
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":

@@ -20,7 +20,7 @@ from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
 from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.experiments.training.judge import RATES, judge, outcomes
-from polite.experiments.training.models import save_models
+from polite.experiments.training.models import Reward, save_models
 from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
 from polite.experiments.training.settings import (
     adapt_preset,
@@ -47,6 +47,7 @@ from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
 from polite.policies.sac import check_bounds
 from polite.policies.vec_env import make_vec_env
+from polite.rewards.files import load_reward_model_for
 
 RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
@@ -79,8 +80,8 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
         PoliteError: as `run_train`.
         TypeError: if a keyword is unknown, or `out` is missing.
     """
-    if "out" in settings:
-        settings["out"] = Path(settings["out"])
+    for name in {"out", "reward"} & settings.keys():
+        settings[name] = settings[name] and Path(settings[name])
     if isinstance(teacher, str):
         return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
     return run_train(TrainConfig(**settings), as_function(teacher))
@@ -113,12 +114,14 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         length = preset.training.highlight_length if config.uses("highlight_length") else None
         answers = checked(own_teacher, length)
         make_teacher = lambda _: answers  # noqa: E731
-    start = _learner(config, preset, make_env, make_teacher)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
         vector_sizes(env)
         if config.method in PEBBLE_METHODS:
             check_bounds(env)
+        shapes = env.observation_space.shape, env.action_space.shape
+    model = load_reward_model_for(config.reward, *shapes) if config.reward else None
+    start = _learner(config, preset, make_env, make_teacher, model)
     with (
         sole_run(config.out, identity, config.resume, BUSY),
         make_progress() as progress,
@@ -132,14 +135,18 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
             _write_learned(config.out, learned)
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
-            told = _results(learned, simulated=own_teacher is None)
+            told = _results(learned, simulated=own_teacher is None and model is None)
             results = {"config": identity, "evaluation": judged} | told
             _write_results(config.out, results)
     return config.out / RESULTS
 
 
 def _learner(
-    config: TrainConfig, preset: EnvPreset, make_env: MakeEnv, make_teacher: MakeTeacher
+    config: TrainConfig,
+    preset: EnvPreset,
+    make_env: MakeEnv,
+    make_teacher: MakeTeacher,
+    model: Reward,
 ) -> Callable[[Report, Follow], Learned]:
     """The training, ready to start; whatever is wrong with its settings is said before it does."""
     seed = config.seed
@@ -149,13 +156,16 @@ def _learner(
             make_env, make_teacher, pebble, seed, report, checkpoint, follow
         )
     learning = learning_config(config, preset)
-    return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
+    return lambda report, follow: learn(
+        make_env, make_teacher, learning, seed, report, follow, model
+    )
 
 
 def _identity(config: TrainConfig) -> Results:
     """What makes the run what it is, wherever it is kept."""
     settings = dataclasses.asdict(config)
     del settings["out"], settings["resume"]
+    settings["reward"] = config.reward and str(config.reward)
     return settings | {"env_settings": parse_env_settings(config.env_settings)}
 
 
@@ -189,7 +199,10 @@ class _Bar:
 
 
 def _results(learned: Learned, *, simulated: bool) -> Results:
-    """What the training was and how it went; who a teacher of one's own is, nobody can tell."""
+    """What the training was and how it went.
+
+    Who a teacher of one's own is, or whom a given reward model has learned from, nobody can tell.
+    """
     told = dict.fromkeys(set(RATES) & set().union(*learned.episodes), 0.0)
     episodes = [{"step": e["step"]} | outcomes(told | e) for e in learned.episodes]
     answers = learned.feedback.answers if learned.feedback else []
