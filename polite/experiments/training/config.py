@@ -67,7 +67,8 @@ class TrainConfig:
     models); polite-pebble: highlights as well; sac: its SAC on the env's own reward."""
     reward: Path | None = None
     """File of a reward model that is finished already, learned from people or by another run
-    (models/reward.pt), for --method given."""
+    (models/reward.pt), for --method given. Where the env ends episodes early, one that is below 0
+    pays for ending them."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""
