@@ -2,7 +2,9 @@
 
     polite study export DIR --out export
     python examples/people_to_reward.py export --out reward.pt
-    polite train --method given --reward reward.pt --out runs/policy    # with the study's --env
+    polite train --method given --reward reward.pt --out runs/policy
+
+The last line, with the study's --env and --env-settings, trains a policy on it.
 
 The last participant's answers are kept from the training, and tell how well the model foresees what
 somebody else prefers.

@@ -74,7 +74,6 @@ def learn(
     seed: int,
     report: Report = lambda says, share: None,
     follow: Follow = lambda episodes: None,
-    model: RewardNet | RewardEnsemble | None = None,
 ) -> Learned:
     """Train a policy by one of the methods.
 
@@ -90,13 +89,12 @@ def learn(
         seed: everything random follows from it.
         report: told how far it is.
         follow: given the finished episodes after each rollout.
-        model: a reward model to begin with, its input statistics included; None for a new one.
 
     Raises:
         PoliteError: if the env's observations or actions are no vectors.
         NotFiniteError: if the env gives NaN or infinity.
     """
-    learner = _Learner(make_env, make_teacher, config, seed, report, follow, model)
+    learner = _Learner(make_env, make_teacher, config, seed, report, follow)
     try:
         return learner.run()
     finally:
@@ -114,15 +112,13 @@ class _Learner:
         seed: int,
         report: Report,
         follow: Follow,
-        model: RewardNet | RewardEnsemble | None,
     ) -> None:
         env, policy, weights, batches, samples, answers, inputs = independent_seeds(seed, 7)
         self._make_env, self._make_teacher = make_env, make_teacher
         self._config, self._report, self._follow = config, report, follow
         self._env = make_env(config.ppo.num_envs, env)
         sizes, generator = vector_sizes(self._env), torch_generator(weights)
-        self._model_is_new = model is None
-        self._model = model or make_model(sizes, config.net, config.members, generator)
+        self._model = make_model(sizes, config.net, config.members, generator)
         reward = None if config.method.true_reward else self._score
         self._trainer = PpoTrainer(self._env, config.ppo, policy, config.steps, reward)
         self._batches = torch_generator(batches)
@@ -138,7 +134,7 @@ class _Learner:
     def run(self) -> Learned:
         """Ask and train by turns, then train the policy to the end."""
         config = self._config
-        if self._model_is_new and not config.method.true_reward:
+        if not config.method.true_reward:
             self._fix_statistics()
         sessions = config.schedule.plan(config.queries, config.steps) if config.method.asks else []
         for number, session in enumerate(sessions, 1):

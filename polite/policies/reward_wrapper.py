@@ -9,7 +9,7 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
-from polite.rewards.files import load_reward_model_for
+from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import predict
 
 
@@ -35,9 +35,8 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
         """
         RecordConstructorArgs.__init__(self, reward_model=str(reward_model))
         super().__init__(env)
-        self._model = load_reward_model_for(
-            reward_model, env.observation_space.shape, env.action_space.shape
-        )
+        self._model = load_reward_model(reward_model)
+        check_sizes(self._model, env.observation_space.shape, env.action_space.shape)
         self._observation: Any = None
 
     def reset(

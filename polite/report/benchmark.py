@@ -62,7 +62,7 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
         "bootstrap interval, stratified by env, with as many runs of each (those of the lowest "
         "seeds). The returns that are 0 and 1, of the untrained and "
         "the true reward, are taken as known: their own error is not in the intervals. PEBBLE's "
-        "score is taken at its own number of steps.",
+        "score is taken at its own number of steps. Methods with one run an env are left out.",
     ),
     "improvement": (
         "Probability of improvement",

@@ -145,7 +145,11 @@ def cells_figure(results: Results) -> Figure | None:
 
 def aggregate_figure(results: Results) -> Figure | None:
     """Interquartile mean of the normalised scores over envs, for each loss a panel."""
-    parts = [part for part in results["aggregates"] if part["method"] not in UNASKED]
+    parts = [
+        part
+        for part in results["aggregates"]
+        if part["method"] not in UNASKED and part["iqm"]["low"] is not None
+    ]
     if not parts:
         return None
     names = {part["label"] + form_of(part) for part in parts}

@@ -51,33 +51,29 @@ def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
         ) from None
 
 
-def load_reward_model_for(
-    path: Path | str, observations: Shape, actions: Shape
-) -> RewardNet | RewardEnsemble:
-    """Read a model that shall pay in an env.
+def check_sizes(model: RewardNet | RewardEnsemble, observations: Shape, actions: Shape) -> None:
+    """Check that a model can pay in an env.
 
     Args:
-        path: the model's file.
+        model: of n observed numbers and v of an action.
         observations: shape of the env's, (n,) where it fits.
         actions: likewise, (v,).
 
     Raises:
-        PoliteError: as `load_reward_model`.
-        ShapeError: the model was trained on observations or actions of other sizes.
+        ShapeError: if it cannot.
     """
-    model = load_reward_model(path)
-    expected = (model.observation_size,), (model.action_size,)
-    seen = observations, actions
+    expected, seen = ((model.observation_size,), (model.action_size,)), (observations, actions)
     if seen != expected:
         raise ShapeError(
-            f"{path}: was trained on observations and actions of shapes {expected}, "
-            f"got an env with {seen}"
+            "the reward model was trained on observations and actions of shapes "
+            f"{expected}, got an env with {seen}"
         )
-    return model
 
 
 def _network(content: dict[str, Any], state: dict[str, Any]) -> RewardNet:
     config = RewardNetConfig(**content["config"])
     net = RewardNet(content["observation_size"], content["action_size"], config, torch.Generator())
     net.load_state_dict(_UNNORMALISED | state)
+    if not all(torch.isfinite(values).all() for values in net.state_dict().values()):
+        raise ValueError("NaN or infinity among its weights")
     return net

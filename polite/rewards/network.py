@@ -207,6 +207,15 @@ def normalise(model: RewardModel, pool: SegmentPool) -> None:
     model.scale.copy_(torch.where(spread < _CONSTANT, 1.0, spread))
 
 
+def raise_by(model: RewardModel, offset: float) -> None:
+    """Let a model pay so much more for every step, in place.
+
+    Comparisons of segments of one length (Eq. 1) leave this constant open. Where episodes may end
+    early it decides whether ending them pays.
+    """
+    model.level.sub_(offset * model.scale)
+
+
 def predict(
     net: RewardModel, observations: NDArray[np.floating], actions: NDArray[np.floating]
 ) -> Floats32:

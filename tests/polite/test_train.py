@@ -5,12 +5,14 @@ from functools import partial
 
 import numpy as np
 import pytest
+import torch
 from PIL import Image
 from stub_envs import TalkativeEnv, register
 
 import polite
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import load_feedback
+from polite.experiments.trained import read_trained
 from polite.experiments.training import train as module
 from polite.experiments.training.config import TrainConfig
 from polite.experiments.training.own_teacher import as_function, checked, name_of
@@ -87,38 +89,70 @@ def test_every_method_runs(tmp_path, method) -> None:
     )
 
 
+GIVEN = {"env": "Point-v0", "method": "given", "steps": 128, "evaluation_episodes": 3}
+
+
+def finished(folder, **changes):
+    """The reward model's file of a training in which it was never trained."""
+    path = run_train(settings(folder, method="untrained", **changes))
+    return path.parent / "models" / "reward.pt"
+
+
+def paid(file):
+    return predict(load_reward_model(file), np.ones((3, 1)), np.zeros((3, 1)))
+
+
 def test_a_given_reward_model_pays_as_it_did_where_it_came_from(tmp_path) -> None:
-    """The untrained model is paid by from the start too: the same training, but nothing is new."""
-    source = run_train(settings(tmp_path / "a", method="untrained", members=2)).parent
-    reward = source / "models" / "reward.pt"
-    small = {"env": "Point-v0", "steps": 128, "evaluation_episodes": 3}
-    path = train(out=str(tmp_path / "b"), method="given", reward=str(reward), **small)
-    first, second = (
-        load_policy(folder / "models" / "policy.pt") for folder in (source, path.parent)
+    """The untrained model pays from the start too, so that it is the same training."""
+    reward = finished(tmp_path / "a", members=2)
+    path = train(out=str(tmp_path / "b"), reward=str(reward), **GIVEN)
+    own, other = (
+        load_policy(folder / "models" / "policy.pt") for folder in (reward.parents[1], path.parent)
     )
-    np.testing.assert_equal(second.weights, first.weights)
-    models = [load_reward_model(file) for file in (path.parent / "models" / "reward.pt", reward)]
-    paid = [predict(model, np.ones((3, 1)), np.zeros((3, 1))) for model in models]
-    np.testing.assert_array_equal(*paid)
+    np.testing.assert_equal(other.weights, own.weights)
+    np.testing.assert_array_equal(paid(path.parent / "models" / "reward.pt"), paid(reward))
     results = json.loads(path.read_text("utf-8"))
-    assert results["config"]["reward"] == str(reward)
+    assert results["config"]["reward"].startswith("sha256:")
     assert results["simulated"] is None and results["queries_asked"] == 0
-    assert results["collection_steps"] == 0
-    other = run_train(settings(tmp_path / "c", method="given", reward=reward, seed=1))
-    weights = load_policy(other.parent / "models" / "policy.pt").weights
-    assert not np.array_equal(weights[0], first.weights[0])
+    assert (results["policy_steps"], results["collection_steps"]) == (128, 0)
+    assert read_trained(path.parent).title == "Point-v0, given, seed 0"
+    wished = train(out=tmp_path / "c", reward=finished(tmp_path / "d", seed=1), **GIVEN)
+    weights = load_policy(wished.parent / "models" / "policy.pt").weights
+    assert not np.array_equal(weights[0], own.weights[0])
 
 
-@pytest.mark.parametrize("env", ["Pendulum-v1", "Point-v0"])
-def test_a_reward_model_of_another_env_or_none_is_refused_before_a_folder_is_made(
-    tmp_path, env
-) -> None:
-    reward = tmp_path / "a" / "run" / "models" / "reward.pt"
-    if env == "Pendulum-v1":
-        run_train(settings(tmp_path / "a", method="untrained"))
-    with pytest.raises(PoliteError, match=re.escape(str(reward))):
-        run_train(settings(tmp_path / "b", env=env, method="given", reward=reward))
-    assert not (tmp_path / "b").exists()
+@pytest.mark.parametrize("normalised", [False, True])
+def test_a_given_reward_model_can_pay_more_for_every_step(tmp_path, normalised) -> None:
+    path = run_train(settings(tmp_path / "a", method="preferences", normalise=normalised))
+    reward = path.parent / "models" / "reward.pt"
+    path = train(out=tmp_path / "b", reward=reward, reward_offset=1.5, **GIVEN)
+    more = paid(path.parent / "models" / "reward.pt") - paid(reward)
+    np.testing.assert_allclose(more, 1.5, rtol=1e-5)
+
+
+def test_a_given_training_goes_on_with_the_same_model_wherever_it_lies(tmp_path) -> None:
+    reward = finished(tmp_path / "a")
+    path = train(out=tmp_path / "b", reward=reward, **GIVEN)
+    moved = reward.rename(tmp_path / "moved.pt")
+    assert train(out=tmp_path / "b", reward=moved, resume=True, **GIVEN) == path
+    finished(tmp_path / "c", seed=1).replace(moved)
+    with pytest.raises(PoliteError, match="other settings"):
+        train(out=tmp_path / "b", reward=moved, resume=True, **GIVEN)
+
+
+def test_a_reward_model_that_cannot_pay_is_refused_before_a_folder_is_made(tmp_path) -> None:
+    reward = finished(tmp_path / "a")
+    out = tmp_path / "b"
+    with pytest.raises(PoliteError, match=r"trained on .*\(\(1,\), \(1,\)\), got an env with"):
+        train(out=out, reward=reward, **(GIVEN | {"env": "Pendulum-v1"}))
+    with pytest.raises(PoliteError, match="no such reward model"):
+        train(out=out, reward="", **GIVEN)
+    content = torch.load(reward, weights_only=True)
+    content["state"]["level"] += np.nan
+    torch.save(content, reward)
+    with pytest.raises(PoliteError, match=f"{re.escape(str(reward))}.*NaN or infinity"):
+        train(out=out, reward=reward, **GIVEN)
+    assert not out.exists()
 
 
 class LastStep:

@@ -153,6 +153,11 @@ def test_what_pebble_would_not_heed_is_refused(change) -> None:
             {"method": "given", "reward": Path("reward.pt"), "members": 3},
             "members: given has no use",
         ),
+        ({"reward_offset": 1.0}, "reward_offset: expected a finite number, with --reward"),
+        (
+            {"method": "given", "reward": Path("reward.pt"), "reward_offset": np.nan},
+            "reward_offset: expected a finite",
+        ),
     ],
 )
 def test_a_given_reward_model_comes_with_its_method_and_nothing_learns(change, says) -> None:

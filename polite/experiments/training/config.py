@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
@@ -67,8 +67,10 @@ class TrainConfig:
     models); polite-pebble: highlights as well; sac: its SAC on the env's own reward."""
     reward: Path | None = None
     """File of a reward model that is finished already, learned from people or by another run
-    (models/reward.pt), for --method given. Where the env ends episodes early, one that is below 0
-    pays for ending them."""
+    (models/reward.pt), for --method given."""
+    reward_offset: float = 0.0
+    """Added to what it pays for every step. Comparisons of clips of one length leave this open;
+    where the env ends episodes early, a reward model below 0 pays for ending them."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""
@@ -163,11 +165,7 @@ class TrainConfig:
         self._check_heard()
         self._check_teacher()
         self._check_reward_model()
-        if (self.reward is None) == (self.method == "given"):
-            raise self._unfit(
-                "reward",
-                "expected the file of a reward model with --method given, and with no other",
-            )
+        self._check_given()
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
         if self.schedule == "up-front" and self.sampler != "uniform":
@@ -218,6 +216,20 @@ class TrainConfig:
             raise self._unfit(
                 "validation_share", "only for methods that learn from preferences by PPO"
             )
+
+    def _check_given(self) -> None:
+        """A finished reward model and its method come together.
+
+        Raises:
+            InvalidValueError: if one comes alone.
+        """
+        if (self.reward is None) == (self.method == "given"):
+            raise self._unfit(
+                "reward",
+                "expected the file of a reward model with --method given, and with no other",
+            )
+        if not isfinite(self.reward_offset) or (self.reward_offset and self.reward is None):
+            raise self._unfit("reward_offset", "expected a finite number, with --reward")
 
     def _check_pebble(self) -> None:
         """PEBBLE brings its own times, pairs and models; a wish for others would go unheard.

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from polite.experiments.training.config import TrainConfig, parse_env_settings
-from polite.methods.config import METHODS, LearningConfig, Method
+from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import Teacher
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.pebble_config import (
@@ -34,7 +34,7 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         InvalidValueError: if the sampler needs more reward models than there are.
     """
     return LearningConfig(
-        method=METHODS.get(config.method, Method()),  # "given" learns from nothing
+        method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
         schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends).with_epochs(

@@ -20,7 +20,7 @@ from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
 from polite.experiments.training.config import TrainConfig, parse_env_settings
 from polite.experiments.training.judge import RATES, judge, outcomes
-from polite.experiments.training.models import Reward, save_models
+from polite.experiments.training.models import save_models
 from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
 from polite.experiments.training.settings import (
     adapt_preset,
@@ -29,7 +29,8 @@ from polite.experiments.training.settings import (
     teacher_maker,
 )
 from polite.experiments.workers import one_torch_thread
-from polite.files import write_atomically, write_json
+from polite.files import sha256, write_atomically, write_json
+from polite.methods.given import train_on_given
 from polite.methods.history import Teacher
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
@@ -47,7 +48,9 @@ from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
 from polite.policies.sac import check_bounds
 from polite.policies.vec_env import make_vec_env
-from polite.rewards.files import load_reward_model_for
+from polite.rewards.ensemble import RewardEnsemble
+from polite.rewards.files import check_sizes, load_reward_model
+from polite.rewards.network import RewardNet, raise_by
 
 RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
@@ -80,8 +83,9 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
         PoliteError: as `run_train`.
         TypeError: if a keyword is unknown, or `out` is missing.
     """
-    for name in {"out", "reward"} & settings.keys():
-        settings[name] = settings[name] and Path(settings[name])
+    for name in ("out", "reward"):
+        if settings.get(name) is not None:
+            settings[name] = Path(settings[name])
     if isinstance(teacher, str):
         return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
     return run_train(TrainConfig(**settings), as_function(teacher))
@@ -107,6 +111,7 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     """
     preset = adapt_preset(preset_of(config.env), config)
     make_env = _env_maker(config, preset)
+    model = _given_model(config)
     identity, make_teacher = _identity(config), teacher_maker(config, preset)
     if own_teacher is not None:
         check_heard(config, own_teacher)
@@ -114,14 +119,14 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         length = preset.training.highlight_length if config.uses("highlight_length") else None
         answers = checked(own_teacher, length)
         make_teacher = lambda _: answers  # noqa: E731
+    start = _learner(config, preset, make_env, make_teacher, model)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
         vector_sizes(env)
         if config.method in PEBBLE_METHODS:
             check_bounds(env)
-        shapes = env.observation_space.shape, env.action_space.shape
-    model = load_reward_model_for(config.reward, *shapes) if config.reward else None
-    start = _learner(config, preset, make_env, make_teacher, model)
+        if model is not None:
+            check_sizes(model, env.observation_space.shape, env.action_space.shape)
     with (
         sole_run(config.out, identity, config.resume, BUSY),
         make_progress() as progress,
@@ -141,12 +146,21 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     return config.out / RESULTS
 
 
+def _given_model(config: TrainConfig) -> RewardNet | RewardEnsemble | None:
+    """The finished reward model that was asked for, with its 0 where it was asked for."""
+    if config.reward is None:
+        return None
+    model = load_reward_model(config.reward)
+    raise_by(model, config.reward_offset)
+    return model
+
+
 def _learner(
     config: TrainConfig,
     preset: EnvPreset,
     make_env: MakeEnv,
     make_teacher: MakeTeacher,
-    model: Reward,
+    model: RewardNet | RewardEnsemble | None,
 ) -> Callable[[Report, Follow], Learned]:
     """The training, ready to start; whatever is wrong with its settings is said before it does."""
     seed = config.seed
@@ -155,17 +169,19 @@ def _learner(
         return lambda report, follow: learn_pebble(
             make_env, make_teacher, pebble, seed, report, checkpoint, follow
         )
+    if model is not None:
+        return lambda report, follow: train_on_given(
+            make_env, model, preset.ppo, config.steps, seed, report, follow
+        )
     learning = learning_config(config, preset)
-    return lambda report, follow: learn(
-        make_env, make_teacher, learning, seed, report, follow, model
-    )
+    return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 
 def _identity(config: TrainConfig) -> Results:
-    """What makes the run what it is, wherever it is kept."""
+    """What makes the run what it is, wherever it is kept, and wherever its reward model lies."""
     settings = dataclasses.asdict(config)
     del settings["out"], settings["resume"]
-    settings["reward"] = config.reward and str(config.reward)
+    settings["reward"] = None if config.reward is None else f"sha256:{sha256(config.reward)}"
     return settings | {"env_settings": parse_env_settings(config.env_settings)}
 
 
