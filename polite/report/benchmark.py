@@ -49,7 +49,8 @@ CAPTIONS: Final[dict[str, tuple[str, str]]] = {
         "Final return against queries",
         "Mean final true return and its 95% t interval over runs, by method, after each method's "
         "longest training; points are drawn a little aside from their budget so that intervals "
-        "do not overlap. Level lines ask no queries.",
+        "do not overlap. Level lines ask no queries. The panels' height is that of all runs; the "
+        "interval of two runs or three may go beyond it.",
     ),
     "cells": (
         "Every run of every cell",

@@ -121,11 +121,20 @@ def queries_figure(results: Results) -> Figure | None:
                 if cell["loss"] == loss or cell["method"] in ANY_LOSS
             ]
             draw_returns_by_queries(ax, full_length(cells)).set_title(f"{env}, {loss} loss")
+        row[0].set_ylim(*_run_range(full_length(main_cells(results, env))))
         for ax in row[1:]:
             ax.set_ylabel("")
     panel_letters(list(axes.flat))
     _legend_of(figure, list(axes.flat))
     return figure
+
+
+def _run_range(cells: Sequence[Cell]) -> tuple[float, float]:
+    """Where the runs are, with room; two runs' t interval would leave the others no height."""
+    told = [run["final_return"] for cell in cells for run in cell["runs"]]
+    returns = [value for value in told if value is not None] or [0.0]  # no episode was finished
+    room = 0.1 * (max(returns) - min(returns)) + 1.0
+    return min(returns) - room, max(returns) + room
 
 
 def cells_figure(results: Results) -> Figure | None:

@@ -30,7 +30,7 @@ def place_title(place: Place) -> str:
 def short_title(place: Place) -> str:
     """The same for a panel's title."""
     loss, form = place
-    return f"{loss}, {'paper’s form' if form == PAPER_FORM else f'form “{form}”'}"
+    return f"{loss}, {'paper’s form' if form == PAPER_FORM else f'form {form}'}"
 
 
 def places(results: Results) -> list[Place]:
