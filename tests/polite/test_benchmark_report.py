@@ -27,7 +27,12 @@ from polite.plots.methods import HUES, look_of
 from polite.plots.style import STYLE
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
-from polite.report.benchmark_figures import FIGURES, improvement_figure, learning_figure
+from polite.report.benchmark_figures import (
+    FIGURES,
+    improvement_figure,
+    learning_figure,
+    queries_figure,
+)
 from polite.report.benchmark_selection import compared_variants, seen_cells
 from polite.report.benchmark_words import (
     benchmark_findings,
@@ -256,6 +261,25 @@ def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]
     assert {"POLITE", "POLITE (choice)", "baseline", "PEBBLE"} <= set(labels)
     assert {200, 262, 800} <= set(ax.get_xticks())
     assert not len(ax.get_xticks(minor=True))
+
+
+def test_two_runs_that_say_little_leave_the_others_their_height() -> None:
+    """Their t interval is thirteen times as wide as they are apart."""
+    records = [
+        synthetic_record(synthetic_run(method, queries, seed=seed), final)
+        for method, queries, finals in (
+            ("polite", 200, (0.0, 1000.0)),
+            ("preferences", 800, (400.0, 500.0, 600.0)),
+        )
+        for seed, final in enumerate(finals)
+    ]
+    results = summarise(records)
+    assert min(cell["interval"]["low"] for cell in results["cells"]) < -5000
+    figure = queries_figure(results)
+    assert figure is not None
+    for shown in figure.axes:
+        low, high = shown.get_ylim()
+        assert -200 < low < 0 < 1000 < high < 1200
 
 
 def test_cells_have_a_dot_a_run(ax: Axes, results: dict[str, Any]) -> None:
