@@ -106,8 +106,8 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         The path of `results.json`.
 
     Raises:
-        PoliteError: if the folder is in use, a setting is impossible, or the env is unknown, has no
-            vectors or gives NaN.
+        PoliteError: if the folder is in use, a setting is impossible, the env is unknown, has no
+            vectors or gives NaN, or the reward model's file is missing, damaged or another env's.
     """
     preset = adapt_preset(preset_of(config.env), config)
     make_env = _env_maker(config, preset)
