@@ -12,6 +12,7 @@ from torch.nn.functional import leaky_relu
 from polite.rewards.blocks import in_blocks
 from polite.rewards.data import PreferenceData, split_answers
 from polite.rewards.dropout import dropout
+from polite.rewards.heap import keep_freed_memory
 from polite.rewards.network import RewardNet
 from polite.rewards.stopping import EarlyStop
 from polite.rewards.trainer import (
@@ -156,6 +157,7 @@ def train_ensemble(
         generator: source of the members' own answers, the batch orders and the dropout masks.
         on_epoch: called after each epoch with its number, from 1, and the ensemble.
     """
+    keep_freed_memory()
     data, held_out = split_answers(data, config.validation_share)
     inputs = ensemble.scaled(data.inputs)
     optimiser = make_optimiser(ensemble, config)  # works entry by entry, so members stay apart

@@ -13,6 +13,7 @@ from torch import Tensor
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.losses import polite_loss, preference_loss, released_preference_loss
 from polite.rewards.data import PreferenceData, split_answers
+from polite.rewards.heap import keep_freed_memory
 from polite.rewards.network import RewardNet
 from polite.rewards.stopping import EarlyStop
 from polite.types import InvalidValueError
@@ -114,6 +115,7 @@ def train_reward(
         generator: source of the batch orders and the dropout masks.
         on_epoch: called after each epoch with its number, from 1, and the net.
     """
+    keep_freed_memory()
     data, held_out = split_answers(data, config.validation_share)
     inputs = net.scaled(data.inputs)
     optimiser = make_optimiser(net, config)
