@@ -115,5 +115,10 @@ def split_answers(
     return data.take((~held_out).nonzero()[:, 0]), data.take(held_out.nonzero()[:, 0])
 
 
+def segments_of(inputs: Tensor, chosen: Tensor) -> Tensor:
+    """`inputs[chosen]`, (S, m, n), (…) -> (…, m, n), copied by the segment, not by the entry."""
+    return inputs.index_select(0, chosen.flatten()).view(*chosen.shape, *inputs.shape[1:])
+
+
 def _anchors(highlights: Sequence[Highlight | None]) -> Tensor:
     return torch.tensor([-1 if h is None else h.end for h in highlights], dtype=torch.int64)

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 from torch.nn.functional import leaky_relu
 
 from polite.rewards.blocks import in_blocks
-from polite.rewards.data import PreferenceData, split_answers
+from polite.rewards.data import PreferenceData, segments_of, split_answers
 from polite.rewards.dropout import dropout
 from polite.rewards.heap import keep_freed_memory
 from polite.rewards.network import RewardNet
@@ -170,7 +170,9 @@ def train_ensemble(
         for batches in zip(*orders, strict=True):
             chosen = answers.gather(1, torch.stack(batches))  # (K, B)
             segments = data.pairs[chosen]  # (K, B, 2)
-            rewards = ensemble.score_scaled(inputs[segments], generator)  # (K, B, 2, m)
+            rewards = ensemble.score_scaled(
+                segments_of(inputs, segments), generator
+            )  # (K, B, 2, m)
             losses = member_losses(rewards, chosen)  # (K,)
             optimiser.zero_grad()
             losses.sum().backward()  # type: ignore[no-untyped-call]

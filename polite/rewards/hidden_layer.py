@@ -17,6 +17,8 @@ SLOPE = 0.01
 """Of the leaky ReLU below 0."""
 FEWEST_ROWS = 64
 """With fewer rows a call of oneDNN costs more than it saves."""
+FEWEST_UNITS = 64
+"""With fewer units it does so for the weights' gradient."""
 
 
 class HiddenLayer(nn.Linear):
@@ -53,8 +55,10 @@ class _OneDnnLayer(torch.autograd.Function):
         # A leaky ReLU keeps the sign, so its output tells on which side of 0 its input was.
         gradient = torch.ops.aten.leaky_relu_backward(gradient, outputs, SLOPE, True)
         to_inputs = _product(gradient, weight.T) if ctx.needs_input_grad[0] else None
-        to_weight = _product(inputs.T, gradient.T).T
-        return to_inputs, to_weight, gradient.sum(dim=0)
+        # Both are copied to be transposed, which takes narrow layers longer than it saves.
+        wide = len(weight) >= FEWEST_UNITS
+        to_weight = _product(inputs.T, gradient.T) if wide else inputs.T @ gradient
+        return to_inputs, to_weight.T, gradient.sum(dim=0)
 
 
 def _product(

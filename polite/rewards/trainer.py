@@ -12,7 +12,7 @@ from torch import Tensor
 
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.losses import polite_loss, preference_loss, released_preference_loss
-from polite.rewards.data import PreferenceData, split_answers
+from polite.rewards.data import PreferenceData, segments_of, split_answers
 from polite.rewards.heap import keep_freed_memory
 from polite.rewards.network import RewardNet
 from polite.rewards.stopping import EarlyStop
@@ -124,7 +124,7 @@ def train_reward(
     for epoch in range(1, config.epochs + 1):
         for batch in minibatches(len(data), config.batch_size, generator):
             segments = data.pairs[batch]
-            rewards = net.score_scaled(inputs[segments], generator)  # (B, 2, m)
+            rewards = net.score_scaled(segments_of(inputs, segments), generator)  # (B, 2, m)
             optimiser.zero_grad()
             batch_loss(rewards, data, batch, config).backward()  # type: ignore[no-untyped-call]
             optimiser.step()

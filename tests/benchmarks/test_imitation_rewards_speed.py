@@ -18,7 +18,7 @@ from polite.types import FIRST, SECOND, Answer
 
 OBSERVATION, ACTION = 17, 6  # HalfCheetah's
 EPOCHS, BATCH = 10, 128  # the paper's minibatch on HalfCheetah
-ROUNDS = 5
+ROUNDS = 15
 
 
 @pytest.fixture(scope="module")

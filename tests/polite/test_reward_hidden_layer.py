@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from torch.nn.functional import leaky_relu, linear
 
 from polite.rewards import hidden_layer
-from polite.rewards.hidden_layer import FEWEST_ROWS, SLOPE, HiddenLayer, has_onednn
+from polite.rewards.hidden_layer import FEWEST_ROWS, FEWEST_UNITS, SLOPE, HiddenLayer, has_onednn
 
 sizes = st.integers(1, 70)
 
@@ -33,8 +33,15 @@ def test_outputs_and_gradients_are_those_of_pytorch(rows, inputs, units, seed):
         torch.testing.assert_close(mine, its, rtol=1e-4, atol=1e-4)
 
 
-@pytest.mark.parametrize("rows", [FEWEST_ROWS - 1, FEWEST_ROWS])
-def test_onednn_multiplies_where_there_are_rows_enough(monkeypatch, rows):
+@pytest.mark.parametrize(
+    ("rows", "units", "products"),
+    [
+        (FEWEST_ROWS - 1, FEWEST_UNITS, 0),
+        (FEWEST_ROWS, FEWEST_UNITS - 1, 2),  # all but the weights' gradient
+        (FEWEST_ROWS, FEWEST_UNITS, 3),
+    ],
+)
+def test_onednn_multiplies_where_it_is_faster(monkeypatch, rows, units, products):
     if not has_onednn():
         pytest.skip("this PyTorch was built without oneDNN")
     called = []
@@ -42,8 +49,8 @@ def test_onednn_multiplies_where_there_are_rows_enough(monkeypatch, rows):
     monkeypatch.setattr(
         hidden_layer, "_product", lambda *args: called.append(args) or product(*args)
     )
-    both_ways(rows, 5, 7, seed=0)
-    assert len(called) == (3 if rows >= FEWEST_ROWS else 0)
+    both_ways(rows, 5, units, seed=0)
+    assert len(called) == products
 
 
 def test_without_onednn_pytorch_multiplies(monkeypatch):
