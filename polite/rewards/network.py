@@ -11,10 +11,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
+from torch.nn.functional import leaky_relu
 
 from polite.rewards.blocks import in_blocks
 from polite.rewards.dropout import dropout
-from polite.rewards.hidden_layer import HiddenLayer
+from polite.rewards.linear import Linear
 from polite.types import (
     Floats32,
     InvalidValueError,
@@ -94,9 +95,9 @@ class RewardNet(nn.Module):
         self.action_size = action_size
         self.config = config
         sizes = (observation_size + action_size, *config.hidden, 1)
-        *hidden, last = pairwise(sizes)
-        self.layers = nn.ModuleList(_layer(HiddenLayer, *fans, generator) for fans in hidden)
-        self.layers.append(_layer(nn.Linear, *last, generator))
+        self.layers = nn.ModuleList(
+            _linear(fan_in, fan_out, generator) for fan_in, fan_out in pairwise(sizes)
+        )
         self.register_buffer("mean", torch.zeros(sizes[0]))
         self.register_buffer("std", torch.ones(sizes[0]))
         self.register_buffer("level", torch.zeros(1))
@@ -131,7 +132,7 @@ class RewardNet(nn.Module):
         # A matrix, because in-place steps on a view of more axes would be copied when undone.
         *hidden, last = self.layers
         for layer, probability in zip(hidden, self.config.dropout, strict=True):
-            features = layer(features)
+            features = leaky_relu(layer(features), inplace=True)
             if generator is not None:
                 features = dropout(features, probability, generator)
         rewards = last(features)[:, 0]
@@ -162,11 +163,9 @@ class RewardNet(nn.Module):
         self.std.copy_(torch.from_numpy(spread))
 
 
-def _layer(
-    kind: type[nn.Linear], fan_in: int, fan_out: int, generator: torch.Generator
-) -> nn.Linear:
+def _linear(fan_in: int, fan_out: int, generator: torch.Generator) -> Linear:
     """PyTorch's default initialisation, U(±1/√fan_in), from a generator instead of global state."""
-    layer = kind(fan_in, fan_out, device="meta").to_empty(device="cpu")
+    layer = Linear(fan_in, fan_out, device="meta").to_empty(device="cpu")
     with torch.no_grad():
         for parameter in layer.parameters():
             parameter.uniform_(-1 / sqrt(fan_in), 1 / sqrt(fan_in), generator=generator)
