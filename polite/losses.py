@@ -167,6 +167,8 @@ def polite_loss(
         _check(name, rows, rewards_1.shape)
     real_1, real_2 = rewards_1.where(mask_1, 0.0), rewards_2.where(mask_2, 0.0)
     loss = preference(real_1.sum(dim=1), real_2.sum(dim=1), mu)
+    if not (alpha_positive or alpha_negative):
+        return loss
     second = mu[:, 1] > mu[:, 0] if marked is None else marked == 1
     rewards = torch.where(second[:, None], real_2, real_1)
     mask = torch.where(second[:, None], mask_2, mask_1)

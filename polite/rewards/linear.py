@@ -11,25 +11,40 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-FEWEST_ROWS = 64
-"""With fewer rows a call of oneDNN costs more than it saves."""
+FEWEST_PRODUCTS = 2**21
+"""With fewer multiplications a call of oneDNN costs more than it saves."""
 FEWEST_UNITS = 64
 """With fewer units it does so for the weights' gradient."""
 
 
 class Linear(nn.Linear):
-    """W x + b for each row x, (R, n) -> (R, u)."""
+    """W x + b for each row x, (R, n) -> (R, u).
+
+    Transforms of `torch.func` need `torch.backends.mkldnn.enabled` to be False.
+    """
 
     def forward(self, inputs: Tensor) -> Tensor:  # noqa: D102
-        if inputs.dtype == torch.float32 and len(inputs) >= FEWEST_ROWS and has_onednn():
+        if _suits_onednn(inputs, self.weight) and has_onednn():
             return _OneDnn.apply(inputs, self.weight, self.bias)  # type: ignore[no-any-return, no-untyped-call]
         return super().forward(inputs)
 
 
 def has_onednn() -> bool:
-    """Whether this build of PyTorch has oneDNN's matrix product."""
+    """Whether PyTorch has oneDNN's matrix product, and may use it."""
     built = torch.backends.mkldnn.is_available()  # type: ignore[no-untyped-call]
-    return built and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+    allowed = bool(torch.backends.mkldnn.enabled)
+    return built and allowed and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+
+
+def _suits_onednn(rows: Tensor, weight: Tensor) -> bool:
+    """Whether this product is worth a call. PyTorch is left to refuse what cannot be multiplied."""
+    return (
+        rows.ndim == 2
+        and rows.shape[1] == weight.shape[1]
+        and rows.numel() * len(weight) >= FEWEST_PRODUCTS
+        and rows.dtype == weight.dtype == torch.float32
+        and rows.device.type == weight.device.type == "cpu"
+    )
 
 
 class _OneDnn(torch.autograd.Function):

@@ -46,6 +46,23 @@ def test_pairs_per_second_against_a_loop_over_pairs(benchmark, one_thread, data,
     assert ratio >= target
 
 
+@pytest.mark.parametrize("preset", [FAST, PAPER], ids=["32x32", "256x3"])
+def test_onednn_against_pytorch_s_own_product(benchmark, one_thread, data, preset, monkeypatch):
+    net = RewardNet(OBSERVATION, ACTION, preset, torch.Generator().manual_seed(0))
+
+    def seconds(enabled):
+        with monkeypatch.context() as patch:
+            patch.setattr(torch.backends.mkldnn, "enabled", enabled)
+            return timed(train_reward, net, data, ONE_EPOCH, torch.Generator().manual_seed(0))
+
+    benchmark.pedantic(seconds, args=(True,), rounds=3, warmup_rounds=1)
+    turns = [(seconds(True), seconds(False)) for _ in range(9)]
+    with_onednn, without = (min(times) for times in zip(*turns, strict=True))
+    benchmark.extra_info["ratio"] = ratio = without / with_onednn
+    print(f"\n{preset.hidden}: with oneDNN ×{ratio:.2f}")
+    assert ratio >= 0.9  # how much it gains is up to the processor
+
+
 def plain_net(preset):
     layers, size = [], OBSERVATION + ACTION
     for units, probability in zip(preset.hidden, preset.dropout, strict=True):
