@@ -36,7 +36,13 @@ def main(export: Path, condition: str, epochs: int, out: Path) -> None:
     net = RewardNet(pool.observations.shape[-1], pool.actions.shape[-1], FAST, generator)
     net.standardise(pool)
     learned_from = [answer for answer in answers if answer.participant != last]
-    config = RewardTrainingConfig(epochs=epochs, highlight_length=length)
+    config = RewardTrainingConfig(
+        epochs=epochs,
+        highlight_length=length,
+        highlights="choice",  # as `polite train`; α is 1 in all forms but the paper's
+        alpha_positive=1.0,
+        alpha_negative=1.0,
+    )
     train_reward(net, stack_feedback(Feedback(pool, queries, learned_from)), config, generator)
     save_reward_model(out, net)
     rewards = predict(net, pool.observations, pool.actions)

@@ -13,7 +13,7 @@ from gymnasium import Space
 from gymnasium.vector import SyncVectorEnv, VectorEnv
 from numpy.typing import NDArray
 
-from polite.types import Trajectory
+from polite.types import Trajectory, check_finite
 
 Act = Callable[[NDArray[Any]], NDArray[np.float32]]
 """(N, n) observations -> (N, v) actions."""
@@ -112,6 +112,9 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
     Returns:
         (N,) `return` and `length`, and the numbers that the final `info` of any episode tells, NaN
         for those that do not tell them.
+
+    Raises:
+        NotFiniteError: if a reward is NaN or infinite.
     """
     observations, _ = env.reset(seed=seed)
     running = np.ones(env.num_envs, dtype=np.bool_)
@@ -119,6 +122,7 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
     final: list[dict[str, float]] = [{} for _ in range(env.num_envs)]
     while running.any():
         observations, rewards, terminated, truncated, info = env.step(act(observations))
+        check_finite("rewards", np.where(running, rewards, 0.0))
         totals["return"] += np.where(running, rewards, 0.0)
         totals["length"] += running
         ended = running & (terminated | truncated)

@@ -6,6 +6,7 @@ k entries of a state that a renderer can draw, S segments of a pool.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self
@@ -109,11 +110,12 @@ class Highlight:
     all (`RewardTrainingConfig.highlight_length`): mark with that one."""
 
     def __post_init__(self) -> None:
-        """Check that neither number is negative.
+        """Check that both numbers are whole and none is negative.
 
         Raises:
-            InvalidValueError: if one is.
+            InvalidValueError: if one is not.
         """
+        _whole_numbers(self, "end", "length")
         if self.end < 0 or self.length < 0:
             raise InvalidValueError(f"expected a highlight with end, length ≥ 0, got {self}")
 
@@ -141,8 +143,9 @@ class Query:
         """Check the indices.
 
         Raises:
-            InvalidValueError: if an index is negative or both are the same.
+            InvalidValueError: if an index is not whole or negative, or both are the same.
         """
+        _whole_numbers(self, "first", "second")
         if min(self.first, self.second) < 0 or self.first == self.second:
             raise InvalidValueError(f"expected two different indices ≥ 0, got {self}")
 
@@ -172,10 +175,13 @@ class Answer:
 
         Raises:
             InvalidValueError: if μ is none of the four, if highlights come without an expressed
-                preference, or if an index or a time is negative.
+                preference, or if an index is not whole or an index or a time negative.
         """
-        if self.preference not in PREFERENCES:
+        _whole_numbers(self, "query", "participant")
+        object.__setattr__(self, "seconds", float(self.seconds))
+        if list(self.preference) not in map(list, PREFERENCES):
             raise InvalidValueError(f"expected a preference in {PREFERENCES}, got {self}")
+        object.__setattr__(self, "preference", tuple(map(float, self.preference)))
         if self.preferred is None and (self.positive or self.negative or self.marks_other):
             raise InvalidValueError(f"highlights need an expressed preference, got {self}")
         if min(self.query, self.participant) < 0 or not 0 <= self.seconds < np.inf:
@@ -299,13 +305,22 @@ def _set(
     return array
 
 
+def _whole_numbers(owner: object, *names: str) -> None:
+    """Make plain integers of NumPy's, which JSON does not know."""
+    for name in names:
+        try:
+            object.__setattr__(owner, name, operator.index(getattr(owner, name)))
+        except TypeError:
+            raise InvalidValueError(f"{name}: expected a whole number, got {owner}") from None
+
+
 def check_finite(name: str, values: ArrayLike) -> None:
     """Refuse NaN and infinity.
 
     Raises:
         NotFiniteError: with the name of the array and how many of its entries are bad.
     """
-    bad = ~np.isfinite(values)
+    bad = ~np.isfinite(np.asarray(values))
     if bad.any():
         raise NotFiniteError(
             f"{name}: {bad.sum()} of {bad.size} values are NaN or infinite; check the env"

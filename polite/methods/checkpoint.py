@@ -15,7 +15,8 @@ import numpy as np
 import torch
 
 from polite.dataset import Feedback, parse_answer
-from polite.files import damage, write_atomically
+from polite.files import damage
+from polite.torch_files import save_tensors
 from polite.types import PoliteError, Query, SegmentPool, Trajectory
 
 Content = dict[str, Any]
@@ -30,8 +31,7 @@ def save_checkpoint(path: Path, identity: str, content: Content) -> None:
         identity: tells this training from others; asked for when the file is read.
         content: tensors, numbers, text, and lists and dicts of them.
     """
-    whole = {"identity": identity, "content": content}
-    write_atomically(path, lambda temporary: torch.save(whole, temporary))
+    save_tensors(path, {"identity": identity, "content": content})
 
 
 def load_checkpoint(path: Path, identity: str) -> Content | None:

@@ -15,7 +15,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from polite.files import damage, write_atomically
+from polite.files import damage
+from polite.torch_files import save_tensors
 from polite.types import PoliteError, ShapeError
 
 CLIP = 10.0
@@ -193,8 +194,7 @@ _KINDS: Final[dict[str, Any]] = {c.kind: c for c in (GaussianPolicy, SquashedGau
 
 def save_policy(path: Path | str, policy: Policy) -> None:
     """Write a policy to one file, whole or not at all."""
-    content = pack_policy(policy)
-    write_atomically(Path(path), lambda temporary: torch.save(content, temporary))
+    save_tensors(Path(path), pack_policy(policy))
 
 
 def load_policy(path: Path | str) -> Policy:

@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from polite.policies.episodes import EpisodeTally
 from polite.policies.learned_reward import LearnedReward, RewardFunction
 from polite.policies.policy import GaussianPolicy
-from polite.policies.vec_env import GymnasiumVecEnv
+from polite.policies.vec_env import GymnasiumVecEnv, check_bounds
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,11 @@ class PpoTrainer:
                 NumPy's global generators with it: run one training per process at a time.
             total_steps: Env steps until the learning rate has fallen to 0.
             reward: Replaces the true reward, if given.
+
+        Raises:
+            PoliteError: The actions have no finite bounds.
         """
+        check_bounds(env)
         self._tally = EpisodeTally(env)
         beneath: VecEnv = LearnedReward(self._tally, reward) if reward else self._tally
         self._normalised = VecNormalize(beneath, gamma=config.discount)

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
 from polite.rewards.files import check_sizes, load_reward_model
-from polite.rewards.network import predict
+from polite.rewards.network import predict, raise_by
 
 
 class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -22,20 +22,27 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
         env = LearnedRewardWrapper(gym.make("Walker2d-v5"), "runs/walker/models/reward.pt")
     """
 
-    def __init__(self, env: gym.Env[Any, Any], reward_model: Path | str) -> None:
+    def __init__(
+        self, env: gym.Env[Any, Any], reward_model: Path | str, reward_offset: float = 0.0
+    ) -> None:
         """Wrap an env.
 
         Args:
             env: Its observations (n,) and actions (v,) are those that the model was trained on.
             reward_model: The model's file.
+            reward_offset: Added to what it pays for every step: where the env ends episodes early,
+                a model below 0 pays for ending them.
 
         Raises:
             PoliteError: There is no such model.
             ShapeError: The env's observations or actions are of other sizes.
         """
-        RecordConstructorArgs.__init__(self, reward_model=str(reward_model))
+        RecordConstructorArgs.__init__(
+            self, reward_model=str(reward_model), reward_offset=reward_offset
+        )
         super().__init__(env)
         self._model = load_reward_model(reward_model)
+        raise_by(self._model, reward_offset)
         check_sizes(self._model, env.observation_space.shape, env.action_space.shape)
         self._observation: Any = None
 

@@ -20,8 +20,8 @@ from polite.policies.learned_reward import LearnedReward, RewardFunction
 from polite.policies.policy import SquashedGaussianPolicy
 from polite.policies.recorder import TrajectoryRecorder
 from polite.policies.replay import IntrinsicReward, RelabelledReplay
-from polite.policies.vec_env import GymnasiumVecEnv
-from polite.types import InvalidValueError, PoliteError, Trajectory
+from polite.policies.vec_env import GymnasiumVecEnv, check_bounds
+from polite.types import InvalidValueError, Trajectory
 
 REPORT_EVERY = 200
 """Env steps between two calls of `on_progress`."""
@@ -265,17 +265,6 @@ class _Progress(BaseCallback):
     def _on_training_end(self) -> None:
         if self._on_progress is not None:
             self._on_progress(self.num_timesteps)
-
-
-def check_bounds(env: GymnasiumVecEnv) -> None:
-    """Refuse what SAC cannot act in.
-
-    Raises:
-        PoliteError: The actions have no finite bounds.
-    """
-    space = env.action_space
-    if not isinstance(space, Box) or not (np.isfinite([space.low, space.high]).all()):
-        raise PoliteError(f"SAC expects actions with finite bounds, got {space}")
 
 
 def _global_generators() -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 from gymnasium.envs.registration import EnvSpec, load_env_creator
+from gymnasium.spaces import Box
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
@@ -181,6 +182,17 @@ def make_vec_env(env_id: str, count: int, /, seed: int, **settings: Any) -> Gymn
             f"{env_id}: expected continuous actions (Box), got {env.single_action_space}"
         )
     return GymnasiumVecEnv(env, seed)
+
+
+def check_bounds(env: GymnasiumVecEnv) -> None:
+    """Refuse what stable-baselines3 cannot act in.
+
+    Raises:
+        PoliteError: The actions have no finite bounds.
+    """
+    space = env.action_space
+    if not isinstance(space, Box) or not np.isfinite([space.low, space.high]).all():
+        raise PoliteError(f"expected actions with finite bounds (a Box), got {space}")
 
 
 def _has_mode(spec: EnvSpec) -> bool:

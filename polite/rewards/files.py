@@ -8,9 +8,10 @@ from typing import Any
 
 import torch
 
-from polite.files import damage, write_atomically
+from polite.files import damage
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.network import RewardNet, RewardNetConfig
+from polite.torch_files import save_tensors
 from polite.types import PoliteError, ShapeError
 
 Shape = tuple[int, ...] | None
@@ -29,7 +30,7 @@ def save_reward_model(path: Path | str, model: RewardNet | RewardEnsemble) -> No
         content["members"] = [model.member(k).state_dict() for k in range(len(model))]
     else:
         content["state"] = model.state_dict()
-    write_atomically(Path(path), lambda temporary: torch.save(content, temporary))
+    save_tensors(Path(path), content)
 
 
 def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:

@@ -7,6 +7,7 @@ from stub_envs import register, vec_env
 
 from polite.policies.vec_env import make_vec_env
 from polite.rollouts import act_randomly, collect, evaluate, state_rows
+from polite.types import NotFiniteError
 
 
 def act(observations):
@@ -74,6 +75,12 @@ def test_evaluation_counts_each_env_once_long_and_short_alike() -> None:
     assert episodes["length"].tolist() == [2, 5]
     assert episodes["return"].tolist() == [0 + 1, 0 + 1 + 2 + 3 + 4]
     assert episodes["success"].tolist() == [1, 1]
+
+
+def test_evaluation_refuses_rewards_that_are_no_numbers() -> None:
+    env = vec_env(2, lengths=(4,), spoiled_at=3).vector_env
+    with pytest.raises(NotFiniteError, match="rewards: 2 of 2 values"):
+        evaluate(env, lambda o: np.zeros((2, 2), np.float32), seed=0)
 
 
 def test_evaluation_keeps_the_final_values_of_the_env() -> None:

@@ -3,6 +3,7 @@ import re
 from dataclasses import replace
 from functools import partial
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import torch
@@ -331,11 +332,53 @@ def test_from_python_keywords_are_enough(tmp_path) -> None:
         train(out=tmp_path / "other", colour="red")
 
 
+def test_from_python_numbers_may_be_numpy_s_and_env_settings_a_dict(tmp_path) -> None:
+    given = {"queries": np.int64(4), "steps": np.int32(64), "validation_share": np.float32(0.25)}
+    path = polite.train(
+        out=tmp_path / "run",
+        env="Point-v0",
+        env_settings={"max_episode_steps": 7},
+        evaluation_episodes=2,
+        **given,
+    )
+    config = json.loads(path.read_text("utf-8"))["config"]
+    assert config["env_settings"] == {"max_episode_steps": 7}
+    assert {name: config[name] for name in given} == given
+
+
+def test_a_teacher_of_one_s_own_may_count_with_numpy(tmp_path) -> None:
+    def teacher(pool, queries, rng):
+        best = [np.argmax(pool[query.first].rewards) for query in queries]
+        first = np.array([1, 0], dtype=np.float32)
+        return [
+            Answer(number, first, Highlight(end, np.int32(3)))
+            for number, end in zip(np.arange(len(queries)), best, strict=True)
+        ]
+
+    out = tmp_path / "run"
+    train(
+        out=out, env="Point-v0", teacher=teacher, queries=4, steps=64, evaluation_episodes=2,
+        highlight_length=3,
+    )  # fmt: skip
+    answers = load_feedback(out / "data").answers
+    assert [answer.preference for answer in answers] == [(1.0, 0.0)] * 4
+
+
+@pytest.mark.parametrize(("teacher", "told"), [("skip", True), ("oracle", False)])
+def test_a_teacher_whose_threshold_does_nothing_is_told(tmp_path, capsys, teacher, told) -> None:
+    # Pendulum-v1 pays less than 0 for every step.
+    run_train(settings(tmp_path, env="Pendulum-v1", teacher=teacher, steps=256))
+    assert ("average_return" in capsys.readouterr().out) == told
+
+
 def test_equal_seeds_give_equal_results(tmp_path) -> None:
     first, second = (
         run_train(settings(tmp_path, out=tmp_path / name)).read_bytes() for name in ("a", "b")
     )
     assert first == second
+    for model in ("reward.pt", "policy.pt"):
+        first, second = ((tmp_path / name / "models" / model).read_bytes() for name in ("a", "b"))
+        assert first == second
 
 
 def test_every_env_that_is_made_is_closed(tmp_path, monkeypatch) -> None:
@@ -447,6 +490,7 @@ def test_another_run_cannot_be_resumed(tmp_path) -> None:
         ({"env": "CartPole-v1"}, "continuous"),
         ({"env": "Endless-v0"}, "time limit"),
         ({"env": "DescribedPoint-v0"}, "vectors"),
+        ({"env": "BoundlessPoint-v0"}, "bounds"),
         ({"env": "BoundlessPoint-v0", "method": "pebble"}, "bounds"),
         ({"env_settings": ("no_such_keyword=1",)}, "no_such_keyword"),
         ({"env_settings": ("count=1",)}, "count"),
@@ -466,6 +510,20 @@ def test_an_env_that_cannot_be_used_leaves_no_folder(tmp_path, change, says: str
 )
 def test_impossible_numbers_are_refused(tmp_path, change) -> None:
     with pytest.raises(PoliteError, match=next(iter(change))):
+        settings(tmp_path, **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"steps": "64"}, "a whole number"),
+        ({"members": 2.0}, "a whole number"),
+        ({"validation_share": "half"}, "a number"),
+        ({"env": gym.make("Pendulum-v1")}, "a text"),
+    ],
+)
+def test_values_of_another_type_are_refused(tmp_path, change, expected) -> None:
+    with pytest.raises(PoliteError, match=f"{next(iter(change))}: expected {expected}"):
         settings(tmp_path, **change)
 
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from polite.types import (
+    FIRST,
     Answer,
     Highlight,
     InvalidValueError,
@@ -105,6 +106,23 @@ def test_a_highlight_is_valid_or_refused(end, length):
 def test_a_query_needs_two_different_segments(pair):
     with pytest.raises(InvalidValueError, match="two different indices"):
         Query(*pair)
+
+
+@pytest.mark.parametrize(
+    "make", [lambda n: Highlight(n, 1), lambda n: Query(9, n), lambda n: Answer(n, FIRST)]
+)
+@pytest.mark.parametrize("number", [np.int64(3), np.uint8(3), np.array(3)])
+def test_integers_of_numpy_become_plain_ones(make, number):
+    assert make(number) == make(3)
+    assert all(type(value) is not type(number) for value in vars(make(number)).values())
+    for bad in (3.5, "3", None):
+        with pytest.raises(InvalidValueError, match="expected a whole number"):
+            make(bad)
+
+
+@pytest.mark.parametrize("preference", [[1, 0], np.array([1.0, 0.0], np.float32)])
+def test_a_preference_may_be_any_sequence(preference):
+    assert Answer(0, preference).preference == FIRST
 
 
 def test_an_answer_knows_what_was_preferred_and_where_its_marks_lie():

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from polite.types import InvalidValueError
 
@@ -32,6 +32,12 @@ _UNHEARD = {
 }
 """What each method never looks at. The queries are not here, so that one line of a script serves
 every method."""
+_EXPECTED: Final[Mapping[Any, tuple[Any, str]]] = {
+    str: (str, "a text"),
+    int: (int, "a whole number"),
+    float: ((int, float), "a number"),
+}
+"""Of what types a setting's value may be, in words too."""
 _LEAST = {"queries": 0, "steps": 1, "seed": 0, "members": 1, "evaluation_episodes": 1}
 
 
@@ -152,6 +158,8 @@ class TrainConfig:
             InvalidValueError: naming the one that is unknown or out of its range.
         """
         for name, kind in get_type_hints(type(self)).items():
+            if kind in _EXPECTED and not isinstance(getattr(self, name), _EXPECTED[kind][0]):
+                raise self._unfit(name, f"expected {_EXPECTED[kind][1]}")
             known = get_args(kind) if get_origin(kind) is Literal else ()
             if known and getattr(self, name) not in known:
                 raise self._unfit(name, f"expected one of {', '.join(known)}")

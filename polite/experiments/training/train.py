@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from statistics import fmean
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from rich.progress import Progress
@@ -46,14 +48,18 @@ from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.setup import vector_sizes
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
-from polite.policies.sac import check_bounds
-from polite.policies.vec_env import make_vec_env
+from polite.policies.vec_env import check_bounds, make_vec_env
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import RewardNet, raise_by
 
 RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
+SILENT = (
+    "the teacher {} expressed a preference each time: what it calls too little is a share of an "
+    "average clip's true return, and less than any clip has where that is negative (see "
+    "average_return)"
+)
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
 RECENT = 20
@@ -74,7 +80,7 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
             to an `Answer` to each pair. The length of its highlights is the loss's to say
             (`highlight_length`). A training that is resumed knows it by its name alone: give the
             same.
-        **settings: the other fields of `TrainConfig`.
+        **settings: the other fields of `TrainConfig`; `env_settings` may be a dict of keywords.
 
     Returns:
         The path of `results.json`.
@@ -83,9 +89,13 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
         PoliteError: as `run_train`.
         TypeError: if a keyword is unknown, or `out` is missing.
     """
-    for name in ("out", "reward"):
-        if settings.get(name) is not None:
-            settings[name] = Path(settings[name])
+    for name, value in settings.items():
+        if name in ("out", "reward") and value is not None:
+            settings[name] = Path(value)
+        elif name == "env_settings" and isinstance(value, Mapping):
+            settings[name] = tuple(f"{key}={json.dumps(told)}" for key, told in value.items())
+        elif isinstance(value, np.generic):  # JSON, in which the settings are kept, knows none
+            settings[name] = value.item()
     if isinstance(teacher, str):
         return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
     return run_train(TrainConfig(**settings), as_function(teacher))
@@ -123,8 +133,7 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
         vector_sizes(env)
-        if config.method in PEBBLE_METHODS:
-            check_bounds(env)
+        check_bounds(env)
         if model is not None:
             check_sizes(model, env.observation_space.shape, env.action_space.shape)
     with (
@@ -138,12 +147,20 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
             bar = _Bar(progress)
             learned = start(bar.report, bar.follow)
             _write_learned(config.out, learned)
+            if config.teacher in ("skip", "equal") and _is_silent(learned):
+                progress.console.print(SILENT.format(config.teacher))
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             told = _results(learned, simulated=own_teacher is None and model is None)
             results = {"config": identity, "evaluation": judged} | told
             _write_results(config.out, results)
     return config.out / RESULTS
+
+
+def _is_silent(learned: Learned) -> bool:
+    """Whether a teacher of B-Pref's that may express no preference never did so."""
+    answers = learned.feedback.answers if learned.feedback else []
+    return bool(answers) and all(answer.preferred is not None for answer in answers)
 
 
 def _given_model(config: TrainConfig) -> RewardNet | RewardEnsemble | None:
