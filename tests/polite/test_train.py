@@ -14,6 +14,7 @@ import polite
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import load_feedback
 from polite.experiments.trained import read_trained
+from polite.experiments.training import held_out
 from polite.experiments.training import train as module
 from polite.experiments.training.config import TrainConfig
 from polite.experiments.training.own_teacher import as_function, checked, name_of
@@ -49,6 +50,7 @@ def small_presets(monkeypatch) -> None:
         sac = replace(pebble.sac, hidden=(8,), batch_size=16)
         return replace(pebble, net=RewardNetConfig((8,), (0.0,)), sac=sac)
 
+    monkeypatch.setattr(held_out, "SEGMENTS", 20)
     monkeypatch.setattr(module, "preset_of", tiny_preset_of)
     monkeypatch.setattr(module, "pebble_settings", tiny_pebble)
 
@@ -85,9 +87,12 @@ def test_every_method_runs(tmp_path, method) -> None:
     asks = method not in ("untrained", "ground-truth", "sac")
     assert results["queries_asked"] == (10 if asks else 0)
     assert (path.parent / "data").exists() == asks
-    assert (path.parent / "models" / "reward.pt").exists() == (
-        method not in ("ground-truth", "sac")
-    )
+    learns = method not in ("ground-truth", "sac")
+    assert (path.parent / "models" / "reward.pt").exists() == learns
+    quality = results["reward_quality"]
+    assert sorted(quality or {}) == (["early"] if asks else []) + (["late"] if learns else [])
+    for numbers in (quality or {}).values():
+        assert 0 <= numbers["pair_accuracy"] <= 1
 
 
 GIVEN = {"env": "Point-v0", "method": "given", "steps": 128, "evaluation_episodes": 3}

@@ -11,7 +11,6 @@ from tempfile import TemporaryDirectory
 
 import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.experiments.benchmark.grid import WITH_HIGHLIGHTS, Run
-from polite.experiments.benchmark.held_out import held_out_quality
 from polite.experiments.benchmark.live import Live
 from polite.experiments.benchmark.machine import machine
 from polite.experiments.benchmark.record import (
@@ -27,6 +26,7 @@ from polite.experiments.benchmark.settings import (
     learning_config,
     pebble_settings,
 )
+from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.judge import judge
 from polite.experiments.training.models import save_models
 from polite.experiments.workers import one_torch_thread
@@ -129,7 +129,9 @@ def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Reco
     live.report("judging the policy", 1.0)
     evaluation = judge(make_env, learned.policy, EPISODES, run.seed)
     live.report("judging the reward", 1.0)
-    quality = held_out_quality(make_env, learned, run.seed)
+    quality = None
+    if learned.session_policy is not None:
+        quality = held_out_quality(make_env, learned, run.seed)
     if quality is not None:
         feedback = learned.feedback if run.method in WITH_HIGHLIGHTS else None
         quality["highlighted_reward"] = highlighted_reward(feedback) if feedback else None

@@ -21,6 +21,7 @@ from polite.dataset import save_feedback
 from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
 from polite.experiments.training.config import TrainConfig, parse_env_settings
+from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
 from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
@@ -151,8 +152,11 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
                 progress.console.print(SILENT.format(config.teacher))
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
+            bar.report("judging the reward model", 1.0)
+            quality = held_out_quality(make_env, learned, config.seed)
             told = _results(learned, simulated=own_teacher is None and model is None)
-            results = {"config": identity, "evaluation": judged} | told
+            judgement = {"evaluation": judged, "reward_quality": quality}
+            results = {"config": identity} | judgement | told
             _write_results(config.out, results)
     return config.out / RESULTS
 

@@ -33,14 +33,15 @@ def held_out_quality(make_env: MakeEnv, learned: Learned, seed: int) -> dict[str
         seed: the run's.
 
     Returns:
-        `early` and `late`; None if the true reward paid.
+        `early`, where there was a session, and `late`; None if the true reward paid.
     """
-    if learned.reward is None or learned.session_policy is None:
+    if learned.reward is None:
         return None
     policies = {"early": learned.session_policy, "late": learned.policy}
     return {
         name: _quality(make_env, policy, learned.reward, [seed + HELD_OUT_SEED, number])
         for number, (name, policy) in enumerate(policies.items())
+        if policy is not None
     }
 
 
