@@ -133,7 +133,8 @@ class PebbleConfig:
             )
         if self.method.asks and (self.queries < 1 or self.members < 2 or self.first_session < 1):
             raise InvalidValueError(
-                f"expected queries ≥ 1, members ≥ 2 and a step before the first session, got {self}"
+                "expected queries ≥ 1, members ≥ 2 and a step before the first session, got "
+                f"{self.queries}, {self.members} and {self.first_session} of {self.steps} steps"
             )
 
     @property

@@ -44,7 +44,8 @@ def read_results(folder: Path) -> dict[str, Any]:
     Raises:
         PoliteError: When the file is missing or is no JSON object.
     """
-    return read_json_object(folder / "results.json", "end the run with `polite replicate --resume`")
+    remedy = "expected the folder of a finished run; one that was stopped goes on with --resume"
+    return read_json_object(folder / "results.json", remedy)
 
 
 def render(results: Results, folder: Path, pictures: list[Path]) -> str:
