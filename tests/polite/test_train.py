@@ -308,6 +308,7 @@ def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
         "schedule": "decaying",
         "sampler": "disputed-k-centre",
         "members": 2,
+        "segment_length": 8,
         "show_ends": True,
         "loss": "released",
         "highlights": "choice",
@@ -324,7 +325,9 @@ def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
     assert results["queries_asked"] == 10 and len(results["sessions"]) > 1
     model = load_reward_model(path.parent / "models" / "reward.pt")
     assert isinstance(model, RewardEnsemble) and len(model) == 2
-    highlights = [a.positive for a in load_feedback(path.parent / "data").answers if a.positive]
+    feedback = load_feedback(path.parent / "data")
+    assert feedback.pool.rewards.shape[1] == 8
+    highlights = [a.positive for a in feedback.answers if a.positive]
     assert {highlight.length for highlight in highlights} <= {3}
 
 

@@ -20,7 +20,16 @@ _ON_HIGHLIGHTS = (
     "highlights_wrong_sign",
     "highlights_shifted",
 )
-_ON_ANSWERS = ("teacher", "schedule", "epochs", "sampler", "show_ends", "loss", *_ON_HIGHLIGHTS)
+_ON_ANSWERS = (
+    "teacher",
+    "schedule",
+    "epochs",
+    "sampler",
+    "segment_length",
+    "show_ends",
+    "loss",
+    *_ON_HIGHLIGHTS,
+)
 _UNHEARD = {
     "ground-truth": (*_ON_ANSWERS, "members", "normalise"),
     "sac": _ON_ANSWERS,
@@ -38,7 +47,14 @@ _EXPECTED: Final[Mapping[Any, tuple[Any, str]]] = {
     float: ((int, float), "a number"),
 }
 """Of what types a setting's value may be, in words too."""
-_LEAST = {"queries": 0, "steps": 1, "seed": 0, "members": 1, "evaluation_episodes": 1}
+_LEAST = {
+    "queries": 0,
+    "steps": 1,
+    "seed": 0,
+    "members": 1,
+    "segment_length": 1,
+    "evaluation_episodes": 1,
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,6 +137,8 @@ class TrainConfig:
     validation_share: float = 0.0
     """Share of the answers that is held out, so that the reward model's training stops early; it
     does not while fewer than ten of those say anything. Not for PEBBLE."""
+    segment_length: int = 50
+    """Steps of a clip; an episode that is shorter is one clip. Not for PEBBLE."""
     show_ends: bool = False
     """Whether clips may be cut short where the env ended an episode early, so that answers say what
     an end costs. Not for PEBBLE."""
@@ -251,6 +269,7 @@ class TrainConfig:
             ("sampler", "uniform"),
             ("members", 1),
             ("normalise", False),
+            ("segment_length", 50),
             ("show_ends", False),
         ):
             if getattr(self, name) != own:

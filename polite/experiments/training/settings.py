@@ -37,9 +37,11 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
-        schedule=replace(SCHEDULES[config.schedule], show_ends=config.show_ends).with_epochs(
-            EPOCHS[config.epochs]
-        ),
+        schedule=replace(
+            SCHEDULES[config.schedule],
+            segment_length=config.segment_length,
+            show_ends=config.show_ends,
+        ).with_epochs(EPOCHS[config.epochs]),
         sampler=PAIR_SAMPLERS[config.sampler],
         net=preset.net,
         members=config.members,
@@ -84,8 +86,8 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
         validation_share=config.validation_share,
         **changes,
     )
-    steps = SCHEDULES[config.schedule].segment_length
-    if training.highlight_length >= steps:
+    steps = config.segment_length
+    if config.uses("highlight_length") and training.highlight_length >= steps:
         raise InvalidValueError(
             f"highlight_length: expected less than a clip's {steps} steps, got "
             f"{training.highlight_length}"
