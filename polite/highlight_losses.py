@@ -10,7 +10,8 @@ one reading of that mark, with the same arguments, so that they can stand in for
     decay    λ, the weight lost with each step back
     sign     +1 for h⁺, −1 for h⁻
 
-and gives a loss of shape (), exactly 0 where nothing is marked. All but the paper's are sums over
+and gives a loss of shape (), exactly 0 where nothing is marked; or a ShapeError, where the anchors
+are not as many as the rows. All but the paper's are sums over
 the highlights, beside Eq. 2's sum over the preferences: both are log-likelihoods or stand for one.
 """
 
@@ -24,6 +25,7 @@ from torch import Tensor
 from torch.nn.functional import log_softmax, logsigmoid, pad
 
 from polite.losses import HighlightLoss, highlight_loss, paper_loss
+from polite.types import ShapeError
 
 MARGIN = 1.0
 """By how much the marked window has to exceed its segment's mean, in sums over L + 1 steps."""
@@ -112,9 +114,10 @@ def rival_loss(
     """
     means = (length + 1) * window_means(rewards, length=length, decay=decay)
     ends = anchors.clamp(min=0)
+    marked = _marked(means, ends)
     others = ~torch.eye(len(anchors), dtype=torch.bool, device=anchors.device)
     rivals, real = means[:, ends].T, mask[:, ends].T & others  # (B, B): row i, the others at j_i
-    leads = logsigmoid(sign * (_marked(means, ends)[:, None] - rivals)).where(real, 0.0)
+    leads = logsigmoid(sign * (marked[:, None] - rivals)).where(real, 0.0)
     mean = leads.sum(dim=1) / real.sum(dim=1).clamp(min=1)
     return -mean.where(anchors >= 0, 0.0).sum()
 
@@ -151,7 +154,15 @@ HIGHLIGHT_LOSSES: Final[Mapping[str, HighlightLoss]] = {
 
 
 def _marked(values: Tensor, anchors: Tensor) -> Tensor:
-    """The entry at each row's anchor, 0 where there is none, (B,)."""
+    """The entry at each row's anchor, 0 where there is none, (B,).
+
+    Raises:
+        ShapeError: unless there is an anchor for each row.
+    """
+    if anchors.shape != values.shape[:-1]:
+        raise ShapeError(
+            f"anchors: expected {tuple(values.shape[:-1])}, got {tuple(anchors.shape)}"
+        )
     found = values.gather(-1, anchors.clamp(min=0)[..., None])[..., 0]
     return found.where(anchors >= 0, 0.0)
 

@@ -23,6 +23,8 @@ def run_plan(config: PlanConfig) -> str:
     queries, source = config.queries, "as asked for"
     if config.benchmark is not None:
         queries, source = _queries_of(config, config.benchmark)
+    else:
+        _check_heard(config)
     plan = plan_study(
         queries,
         highlights=config.method == "polite",
@@ -64,6 +66,13 @@ def _rows(plan: StudyPlan, config: PlanConfig, source: str) -> list[tuple[str, s
             f"{plan.runs_per_cell} in each condition, at a power of {config.power:g}",
         ),
     ]
+
+
+def _check_heard(config: PlanConfig) -> None:
+    """What says which curve of a benchmark to read would go unheard without one."""
+    for name in ("env", "loss", "highlights", "share"):
+        if getattr(config, name) != getattr(PlanConfig(), name):
+            raise InvalidValueError(f"{name}: only with --benchmark, whose curve it chooses")
 
 
 def _queries_of(config: PlanConfig, folder: Path) -> tuple[int, str]:

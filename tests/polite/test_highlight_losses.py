@@ -15,6 +15,7 @@ from polite.highlight_losses import (
     window_means,
 )
 from polite.losses import highlight_loss, paper_loss, polite_loss
+from polite.types import ShapeError
 
 WINDOW = {"length": 2, "decay": 0.5}
 COMPARING = ("choice", "segment", "margin", "rival", "choice-rival")
@@ -166,3 +167,10 @@ def test_a_form_takes_the_place_of_equations_4_and_5_in_6() -> None:
     both = polite_loss(rewards, rewards.flip(0), mask, mask.flip(0), mu, anchors, anchors, **args)
     good, bad = (choice_loss(rewards, mask, anchors, sign=s, **WINDOW) for s in (+1, -1))
     torch.testing.assert_close(both, preferences + 2.0 * good + 3.0 * bad)
+
+
+@forms
+def test_anchors_are_as_many_as_the_rows(form) -> None:
+    rewards, mask = torch.zeros(4, 6), torch.ones(4, 6, dtype=torch.bool)
+    with pytest.raises(ShapeError, match="anchors: expected"):
+        form(rewards, mask, torch.tensor([1, 2]), length=2, decay=0.7, sign=1)

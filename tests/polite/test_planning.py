@@ -158,3 +158,11 @@ def test_plan_from_a_benchmark(tmp_path: Path) -> None:
         run_plan(PlanConfig(benchmark=tmp_path, env="Ant-v5"))
     with pytest.raises(PoliteError, match="polite benchmark"):
         run_plan(PlanConfig(benchmark=tmp_path / "nowhere"))
+
+
+@pytest.mark.parametrize(
+    "change", [{"env": "HalfCheetah-v5"}, {"share": 0.5}, {"loss": "released"}]
+)
+def test_a_curve_is_not_chosen_without_a_benchmark(change) -> None:
+    with pytest.raises(InvalidValueError, match=f"{next(iter(change))}: only with --benchmark"):
+        run_plan(PlanConfig(**change))
