@@ -403,6 +403,15 @@ def test_the_wrapper_stands_even_where_the_env_writes_into_its_observation(rewar
     assert rewards[0] == rewards[1]
 
 
+def test_an_offset_is_paid_on_top_for_every_step(reward_file) -> None:
+    paid = []
+    for offset in (0.0, 0.75):
+        env = LearnedRewardWrapper(CountingEnv(), reward_file, reward_offset=offset)
+        env.reset(seed=0)
+        paid.append([env.step(ZEROS[0])[1] for _ in range(3)])
+    np.testing.assert_allclose(np.subtract(*reversed(paid)), 0.75, atol=1e-6)
+
+
 def test_a_model_of_another_env_is_refused(reward_file) -> None:
     with pytest.raises(ShapeError, match=r"trained on .*\(\(2,\), \(2,\)\), got an env with"):
         LearnedRewardWrapper(gym.make("Pendulum-v1"), reward_file)
