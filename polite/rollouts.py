@@ -122,8 +122,9 @@ def evaluate(env: VectorEnv[Any, Any, Any], act: Act, seed: int) -> dict[str, ND
     final: list[dict[str, float]] = [{} for _ in range(env.num_envs)]
     while running.any():
         observations, rewards, terminated, truncated, info = env.step(act(observations))
-        check_finite("rewards", np.where(running, rewards, 0.0))
-        totals["return"] += np.where(running, rewards, 0.0)
+        paid = np.where(running, rewards, 0.0)
+        check_finite("rewards", paid)
+        totals["return"] += paid
         totals["length"] += running
         ended = running & (terminated | truncated)
         for n in np.flatnonzero(ended).tolist():

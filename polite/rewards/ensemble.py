@@ -170,9 +170,8 @@ def train_ensemble(
         for batches in zip(*orders, strict=True):
             chosen = answers.gather(1, torch.stack(batches))  # (K, B)
             segments = data.pairs[chosen]  # (K, B, 2)
-            rewards = ensemble.score_scaled(
-                segments_of(inputs, segments), generator
-            )  # (K, B, 2, m)
+            steps = segments_of(inputs, segments)  # (K, B, 2, m, n + v)
+            rewards = ensemble.score_scaled(steps, generator)
             losses = member_losses(rewards, chosen)  # (K,)
             optimiser.zero_grad()
             losses.sum().backward()  # type: ignore[no-untyped-call]

@@ -129,9 +129,8 @@ def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Reco
     live.report("judging the policy", 1.0)
     evaluation = judge(make_env, learned.policy, EPISODES, run.seed)
     live.report("judging the reward", 1.0)
-    quality = None
-    if learned.session_policy is not None:
-        quality = held_out_quality(make_env, learned, run.seed)
+    asked = learned.session_policy is not None  # a random reward model's order tells nothing
+    quality = held_out_quality(make_env, learned, run.seed) if asked else None
     if quality is not None:
         feedback = learned.feedback if run.method in WITH_HIGHLIGHTS else None
         quality["highlighted_reward"] = highlighted_reward(feedback) if feedback else None

@@ -56,10 +56,9 @@ from polite.rewards.network import RewardNet, raise_by
 
 RESULTS = "results.json"
 BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
-SILENT = (
-    "the teacher {} expressed a preference each time: what it calls too little is a share of an "
-    "average clip's true return, and less than any clip has where that is negative (see "
-    "average_return)"
+UNDECIDED = (
+    "the teacher {} expressed a preference each time: what is too little for it is a share of an "
+    "average clip's true return, which is negative here (see average_return)"
 )
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
@@ -148,8 +147,8 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
             bar = _Bar(progress)
             learned = start(bar.report, bar.follow)
             _write_learned(config.out, learned)
-            if config.teacher in ("skip", "equal") and _is_silent(learned):
-                progress.console.print(SILENT.format(config.teacher))
+            if _is_never_undecided(config, learned):
+                progress.console.print(UNDECIDED.format(config.teacher))
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             bar.report("judging the reward model", 1.0)
@@ -161,10 +160,13 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     return config.out / RESULTS
 
 
-def _is_silent(learned: Learned) -> bool:
-    """Whether a teacher of B-Pref's that may express no preference never did so."""
-    answers = learned.feedback.answers if learned.feedback else []
-    return bool(answers) and all(answer.preferred is not None for answer in answers)
+def _is_never_undecided(config: TrainConfig, learned: Learned) -> bool:
+    """Whether negative returns kept a teacher of B-Pref's from skipping or calling equal."""
+    if config.teacher not in ("skip", "equal") or learned.feedback is None:
+        return False
+    average = learned.feedback.pool.returns.mean()
+    expressed = all(answer.preferred is not None for answer in learned.feedback.answers)
+    return bool(config.average_return is None and average < 0 and expressed)
 
 
 def _given_model(config: TrainConfig) -> RewardNet | RewardEnsemble | None:
