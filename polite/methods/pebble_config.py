@@ -161,18 +161,19 @@ def with_loss_of(training: RewardTrainingConfig) -> RewardTrainingConfig:
 
 
 def pebble_config(queries: int, steps: int, **settings: Any) -> PebbleConfig:
-    """B-Pref's times; in a training shorter than `REFERENCE_STEPS`, all of them shortened alike.
+    """Times of a training of `REFERENCE_STEPS`; in a shorter one, all of them shortened alike.
 
     Args:
         queries: the budget.
         steps: env steps of the whole training.
-        settings: other fields of `PebbleConfig`, but for the schedule.
+        settings: other fields of `PebbleConfig`; B-Pref's times where there is no schedule.
 
     Raises:
         InvalidValueError: if the training is too short even so.
     """
     share = min(1.0, steps / REFERENCE_STEPS)
-    sac, schedule = settings.pop("sac", SacConfig()), PebbleSchedule()
+    sac = settings.pop("sac", SacConfig())
+    schedule = settings.pop("schedule", PebbleSchedule())
     return PebbleConfig(
         queries=queries,
         steps=steps,

@@ -308,6 +308,8 @@ def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
         "schedule": "decaying",
         "sampler": "disputed-k-centre",
         "members": 2,
+        "reward_net": [8, 4],
+        "learning_rate": 1e-3,
         "segment_length": 8,
         "show_ends": True,
         "loss": "released",
@@ -325,6 +327,7 @@ def test_a_run_with_everything_else_than_usual(tmp_path) -> None:
     assert results["queries_asked"] == 10 and len(results["sessions"]) > 1
     model = load_reward_model(path.parent / "models" / "reward.pt")
     assert isinstance(model, RewardEnsemble) and len(model) == 2
+    assert model.config.hidden == (8, 4)
     feedback = load_feedback(path.parent / "data")
     assert feedback.pool.rewards.shape[1] == 8
     highlights = [a.positive for a in feedback.answers if a.positive]

@@ -5,7 +5,11 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pytest
 
-from polite.experiments.training.config import TrainConfig, parse_env_settings
+from polite.experiments.training.config import (
+    MOST_SESSIONS,
+    TrainConfig,
+    parse_env_settings,
+)
 from polite.experiments.training.settings import (
     FORMS,
     adapt_preset,
@@ -15,10 +19,11 @@ from polite.experiments.training.settings import (
 )
 from polite.methods.config import METHODS
 from polite.methods.pairs import PAIR_SAMPLERS
-from polite.methods.pebble_config import PEBBLE_METHODS
+from polite.methods.pebble_config import PEBBLE_METHODS, REFERENCE_STEPS, PebbleSchedule
 from polite.methods.presets import OWN_FORM, PRESETS, EnvPreset
 from polite.methods.schedules import EPOCHS, SCHEDULES, Schedule
-from polite.rewards.network import PAPER
+from polite.policies.sac import SacConfig
+from polite.rewards.network import PAPER, RewardNetConfig
 from polite.samplers import uniform_pairs
 from polite.teachers.bpref import BPREF_TEACHERS
 from polite.types import InvalidValueError, SegmentPool
@@ -115,6 +120,32 @@ def test_a_schedule_keeps_its_sessions_whatever_the_epochs(schedule: Any) -> Non
     assert asked == [200, 50, 25, 6]
 
 
+def test_network_step_size_and_sessions_are_those_that_were_asked_for() -> None:
+    config = replace(CONFIG, reward_net=(8, 4), learning_rate=0.01, sessions=3)
+    learning = learning_config(config, adapt_preset(WALKER, config))
+    assert learning.net == RewardNetConfig((8, 4), (0.0, 0.0))
+    assert learning.ppo == replace(WALKER.ppo, learning_rate=0.01)
+    assert learning.schedule == Schedule(sessions=3)
+    config = replace(config, method="pebble", steps=REFERENCE_STEPS)
+    pebble = pebble_settings(config, adapt_preset(WALKER, config))
+    assert pebble.net == learning.net
+    assert pebble.sac == replace(SacConfig(), learning_rate=0.01)
+    assert pebble.schedule == PebbleSchedule(sessions=3)
+    paper = replace(CONFIG, preset="paper", reward_net=(8,), learning_rate=0.01)
+    learning = learning_config(paper, adapt_preset(WALKER, paper))
+    assert learning.net == RewardNetConfig((8,), (0.0,))
+    assert WALKER.paper_ppo is not None
+    assert learning.ppo == replace(WALKER.paper_ppo, learning_rate=0.01)
+
+
+def test_as_many_sessions_can_be_asked_for_as_a_training_has_room_for() -> None:
+    config = replace(CONFIG, queries=1000, sessions=MOST_SESSIONS)
+    plan = learning_config(config, WALKER).schedule.plan(1000, 100_000)
+    assert len(plan) == MOST_SESSIONS and plan[-1].at < 100_000
+    with pytest.raises(InvalidValueError, match="sessions"):
+        Schedule(sessions=MOST_SESSIONS + 1)
+
+
 def test_pebble_learns_by_the_envs_loss() -> None:
     for method, highlights in (("pebble", False), ("polite-pebble", True)):
         config = replace(CONFIG, method=method, loss="released")
@@ -123,6 +154,12 @@ def test_pebble_learns_by_the_envs_loss() -> None:
         assert pebble.training.preference == "released"
         assert pebble.training.highlights == OWN_FORM
         assert pebble.training.stop_accuracy == 0.97
+
+
+@pytest.mark.parametrize("schedule", ["decaying", "up-front"])
+def test_other_schedules_have_a_number_of_sessions_of_their_own(schedule: Any) -> None:
+    with pytest.raises(InvalidValueError, match="sessions: only for --schedule sessions"):
+        replace(CONFIG, schedule=schedule, sessions=10)
 
 
 @pytest.mark.parametrize(
@@ -152,6 +189,10 @@ def test_what_pebble_would_not_heed_is_refused(change) -> None:
         (
             {"method": "given", "reward": Path("reward.pt"), "members": 3},
             "members: given has no use",
+        ),
+        (
+            {"method": "given", "reward": Path("reward.pt"), "reward_net": (8,)},
+            "reward_net: given has no use",
         ),
         ({"reward_offset": 1.0}, "reward_offset: expected a finite number, with --reward"),
         (
@@ -277,6 +318,10 @@ def test_the_reward_model_s_options_reach_it() -> None:
         ("ground-truth", {"teacher": "stochastic", "rationality": 3.0}),
         ("ground-truth", {"schedule": "decaying"}),
         ("ground-truth", {"show_ends": True}),
+        ("ground-truth", {"reward_net": (8,)}),
+        ("untrained", {"sessions": 3}),
+        ("sac", {"sessions": 3}),
+        ("sac", {"reward_net": (8,)}),
         ("untrained", {"teacher": "skip"}),
         ("sac", {"loss": "released"}),
         ("sac", {"teacher": "mistake"}),
@@ -326,6 +371,15 @@ def test_what_is_no_keyword_is_refused(settings: tuple[str, ...]) -> None:
     "change",
     [
         {"members": 0},
+        {"members": "three"},
+        {"average_return": "high", "teacher": "skip"},
+        {"reward_net": (32, 0)},
+        {"reward_net": ("wide",)},
+        {"learning_rate": 0.0},
+        {"learning_rate": float("nan")},
+        {"sessions": 0},
+        {"sessions": MOST_SESSIONS + 1},
+        {"sessions": 2.5},
         {"highlights_missed": 1.5},
         {"highlights_wrong_sign": -0.1},
         {"highlights_shifted": float("nan")},

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from pathlib import Path
+from types import NoneType, UnionType
 from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from polite.types import InvalidValueError
@@ -23,6 +24,7 @@ _ON_HIGHLIGHTS = (
 _ON_ANSWERS = (
     "teacher",
     "schedule",
+    "sessions",
     "epochs",
     "sampler",
     "segment_length",
@@ -31,10 +33,10 @@ _ON_ANSWERS = (
     *_ON_HIGHLIGHTS,
 )
 _UNHEARD = {
-    "ground-truth": (*_ON_ANSWERS, "members", "normalise"),
-    "sac": _ON_ANSWERS,
+    "ground-truth": (*_ON_ANSWERS, "reward_net", "members", "normalise"),
+    "sac": (*_ON_ANSWERS, "reward_net"),
     "untrained": _ON_ANSWERS,
-    "given": (*_ON_ANSWERS, "members", "normalise"),
+    "given": (*_ON_ANSWERS, "reward_net", "members", "normalise"),
     "preferences": _ON_HIGHLIGHTS,
     "pebble": _ON_HIGHLIGHTS,
     "highlights": ("loss",),
@@ -47,6 +49,8 @@ _EXPECTED: Final[Mapping[Any, tuple[Any, str]]] = {
     float: ((int, float), "a number"),
 }
 """Of what types a setting's value may be, in words too."""
+MOST_SESSIONS: Final = 50
+"""For which a training has room, one every fiftieth of it (`polite.methods.schedules`)."""
 _LEAST = {
     "queries": 0,
     "steps": 1,
@@ -104,6 +108,8 @@ class TrainConfig:
     top."""
     seed: int = 0
     """Everything random follows from it."""
+    learning_rate: float | None = None
+    """The policy's step size: PPO's, or SAC's for PEBBLE and sac; the env's own if not given."""
     teacher: Literal["polite", "oracle", "equal", "skip", "mistake", "myopic", "stochastic"] = (
         "polite"
     )
@@ -119,6 +125,9 @@ class TrainConfig:
     schedule: Literal["sessions", "decaying", "up-front"] = "sessions"
     """When the teacher is asked. sessions: ten in the first fifth of the training; decaying: a
     quarter before it, the rest ever more rarely until its end; up-front: before it."""
+    sessions: int | None = None
+    """How many there are, of --schedule sessions and of PEBBLE: one every fiftieth of the training
+    (so at most 50), PEBBLE's every 20,000 steps. Ten if not given."""
     epochs: Literal["released", "few"] = "released"
     """How long the reward model is trained. released: 200 passes over the answers after the first
     session and 50 after each later one, as the authors' release; few: an eighth of that, which on
@@ -129,6 +138,9 @@ class TrainConfig:
     )
     """Which pairs the teacher is asked about, from the second session on. disagreement and
     disputed-k-centre need --members 2 or more. PEBBLE always asks what is disputed."""
+    reward_net: tuple[int, ...] = ()
+    """Units of each hidden layer of a reward model, without dropout; the preset's network if not
+    given (fast: 32 32; paper: 256 256 256 with dropout), PEBBLE's (256 256 256) for PEBBLE."""
     members: int = 1
     """Reward models, of which the mean pays the policy; PEBBLE always has three."""
     normalise: bool = False
@@ -176,30 +188,30 @@ class TrainConfig:
             InvalidValueError: naming the one that is unknown or out of its range.
         """
         for name, kind in get_type_hints(type(self)).items():
-            if kind in _EXPECTED and not isinstance(getattr(self, name), _EXPECTED[kind][0]):
-                raise self._unfit(name, f"expected {_EXPECTED[kind][1]}")
+            value = getattr(self, name)
+            allowed = get_args(kind) if isinstance(kind, UnionType) else (kind,)
+            fits, words = _EXPECTED.get(allowed[0], (object, ""))
+            if not (isinstance(value, fits) or (value is None and NoneType in allowed)):
+                raise self._unfit(name, f"expected {words}")
             known = get_args(kind) if get_origin(kind) is Literal else ()
             if known and getattr(self, name) not in known:
                 raise self._unfit(name, f"expected one of {', '.join(known)}")
         for name, least in _LEAST.items():
             if getattr(self, name) < least:
                 raise self._unfit(name, f"expected at least {least}")
+        if self.learning_rate is not None and not 0 < self.learning_rate < inf:
+            raise self._unfit("learning_rate", "expected a finite number above 0")
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
                 raise self._unfit(name, "expected a share in [0, 1]")
         parse_env_settings(self.env_settings)
         self._check_heard()
+        self._check_sessions()
         self._check_teacher()
         self._check_reward_model()
         self._check_given()
         if self.method in ("pebble", "polite-pebble", "sac"):
             self._check_pebble()
-        if self.schedule == "up-front" and self.sampler != "uniform":
-            raise self._unfit(
-                "sampler",
-                "expected uniform where everything is asked up front, since nothing is learned "
-                "before",
-            )
 
     def _check_heard(self) -> None:
         """What the method never looks at would go unheard.
@@ -211,6 +223,23 @@ class TrainConfig:
         for name, default in defaults.items():
             if getattr(self, name) != default and not self.uses(name):
                 raise self._unfit(name, f"{self.method} has no use for it; leave it out")
+
+    def _check_sessions(self) -> None:
+        """Sessions have a number of their own under one schedule; up front nothing is known.
+
+        Raises:
+            InvalidValueError: if another number, or pairs that need a reward model, were asked for.
+        """
+        if self.sessions is not None and self.schedule != "sessions":
+            raise self._unfit("sessions", "only for --schedule sessions")
+        if self.sessions is not None and not 1 <= self.sessions <= MOST_SESSIONS:
+            raise self._unfit("sessions", f"expected 1 to {MOST_SESSIONS}")
+        if self.schedule == "up-front" and self.sampler != "uniform":
+            raise self._unfit(
+                "sampler",
+                "expected uniform where everything is asked up front, since nothing is learned "
+                "before",
+            )
 
     def uses(self, name: str) -> bool:
         """Whether the method looks at a setting."""
@@ -233,11 +262,13 @@ class TrainConfig:
                 raise self._unfit(name, f"only for --teacher {' and '.join(teachers)}")
 
     def _check_reward_model(self) -> None:
-        """Without preferences nothing can be held out.
+        """Networks have units; without preferences nothing can be held out.
 
         Raises:
-            InvalidValueError: if something should be.
+            InvalidValueError: if something should be, or a layer has none.
         """
+        if not all(isinstance(units, int) and units >= 1 for units in self.reward_net):
+            raise self._unfit("reward_net", "expected whole numbers of at least 1")
         if self.validation_share and self.method not in ("polite", "preferences"):
             raise self._unfit(
                 "validation_share", "only for methods that learn from preferences by PPO"

@@ -10,14 +10,18 @@ from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import Teacher
 from polite.methods.pairs import PAIR_SAMPLERS
 from polite.methods.pebble_config import (
+    NET,
     PEBBLE_METHODS,
     PebbleConfig,
+    PebbleSchedule,
     pebble_config,
     with_loss_of,
 )
 from polite.methods.preference_learning import MakeTeacher
 from polite.methods.presets import OWN_FORM, EnvPreset
 from polite.methods.schedules import EPOCHS, SCHEDULES
+from polite.policies.sac import SacConfig
+from polite.rewards.network import RewardNetConfig
 from polite.teachers.bpref import BPREF_TEACHERS, BPrefTeacher
 from polite.teachers.noise import HighlightNoise, NoisyHighlights
 from polite.teachers.quantile import QuantileOracle
@@ -33,12 +37,14 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
     Raises:
         InvalidValueError: if the sampler needs more reward models than there are.
     """
+    schedule = SCHEDULES[config.schedule]
     return LearningConfig(
         method=METHODS[config.method],
         queries=config.queries,
         steps=config.steps,
         schedule=replace(
-            SCHEDULES[config.schedule],
+            schedule,
+            sessions=config.sessions or schedule.sessions,
             segment_length=config.segment_length,
             show_ends=config.show_ends,
         ).with_epochs(EPOCHS[config.epochs]),
@@ -57,16 +63,20 @@ def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
     Raises:
         InvalidValueError: if the training is too short.
     """
+    sac, schedule = SacConfig(), PebbleSchedule()
     return pebble_config(
         config.queries,
         config.steps,
         method=PEBBLE_METHODS[config.method],
+        schedule=replace(schedule, sessions=config.sessions or schedule.sessions),
+        net=_net(config, NET),
         training=with_loss_of(preset.training),
+        sac=replace(sac, learning_rate=config.learning_rate or sac.learning_rate),
     )
 
 
 def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
-    """The preset with what the run changes of env and losses; teacher and loss agree on L.
+    """The preset with what the run changes of it; teacher and loss agree on L.
 
     Raises:
         InvalidValueError: if there is no such form of the highlight loss, or L or λ is none, or the
@@ -93,8 +103,21 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
             f"{training.highlight_length}"
         )
     oracle = preset.oracle and replace(preset.oracle, length=training.highlight_length)
-    settings = {**preset.settings, **parse_env_settings(config.env_settings)}
-    return replace(preset, training=training, oracle=oracle, settings=settings)
+    ppo = replace(preset.ppo, learning_rate=config.learning_rate or preset.ppo.learning_rate)
+    return replace(
+        preset,
+        training=training,
+        oracle=oracle,
+        net=_net(config, preset.net),
+        ppo=ppo,
+        settings={**preset.settings, **parse_env_settings(config.env_settings)},
+    )
+
+
+def _net(config: TrainConfig, otherwise: RewardNetConfig) -> RewardNetConfig:
+    """The reward network that was asked for."""
+    hidden = tuple(config.reward_net)
+    return RewardNetConfig(hidden, (0.0,) * len(hidden)) if hidden else otherwise
 
 
 def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
