@@ -5,11 +5,8 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pytest
 
-from polite.experiments.training.config import (
-    MOST_SESSIONS,
-    TrainConfig,
-    parse_env_settings,
-)
+from polite.experiments.training.config import MOST_SESSIONS, TrainConfig
+from polite.experiments.training.env_settings import parse_env_settings
 from polite.experiments.training.settings import (
     FORMS,
     adapt_preset,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
+from polite.experiments.training.env_settings import parse_env_settings
 from polite.types import InvalidValueError
 
 _ON_HIGHLIGHTS = (
@@ -311,30 +311,3 @@ class TrainConfig:
     def _unfit(self, name: str, why: str) -> InvalidValueError:
         """The error that names one setting, and what was seen of it."""
         return InvalidValueError(f"{name}: {why}, got {getattr(self, name)!r}")
-
-
-def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """Keywords from NAME=VALUE, the value in JSON.
-
-    Raises:
-        InvalidValueError: naming the one that is none.
-    """
-    keywords: dict[str, Any] = {}
-    for setting in settings:
-        name, _, value = setting.partition("=")
-        try:
-            keywords[name] = json.loads(value)
-        except ValueError as error:
-            raise InvalidValueError(
-                'env_settings: expected NAME=VALUE with a value in JSON (true, 0.5, "word"), got '
-                f"{setting!r}"
-            ) from error
-    if not all(name.isidentifier() for name in keywords) or len(keywords) < len(settings):
-        raise InvalidValueError(
-            f"env_settings: expected names of keywords, each once, got {list(settings)}"
-        )
-    if "seed" in keywords:
-        raise InvalidValueError(
-            f"env_settings: the envs' seeds follow from --seed, got {list(settings)}"
-        )
-    return keywords

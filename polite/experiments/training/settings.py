@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from polite.experiments.training.config import TrainConfig, parse_env_settings
+from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.env_settings import parse_env_settings
 from polite.methods.config import METHODS, LearningConfig
 from polite.methods.history import Teacher
 from polite.methods.pairs import PAIR_SAMPLERS

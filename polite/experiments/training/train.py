@@ -20,7 +20,8 @@ from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
 from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress
-from polite.experiments.training.config import TrainConfig, parse_env_settings
+from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.env_settings import parse_env_settings
 from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
