@@ -58,15 +58,45 @@ def write_clip(path: Path, frames: Frames, fps: float) -> None:
 
 
 @contextmanager
-def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
+def picture_env(env_id: str, /, **settings: Any) -> Iterator[gym.Env[Any, Any]]:
     """Open an env for pictures only; nothing that is running anywhere is touched.
 
-    The rows that it draws are those of `polite.rollouts.state_rows`. A MuJoCo env is seen by the
-    camera that follows the robot, where its model has one.
-
     Args:
-        env_id: The env that the states come from.
+        env_id: Its id.
         **settings: Its keywords, the size of the pictures among them.
+
+    Raises:
+        PoliteError: It is unknown, or makes no pictures.
+    """
+    with making(env_id, " to draw") as name:
+        env = gym.make(name, render_mode="rgb_array", **settings)
+    with closing(env):
+        yield env
+
+
+def state_render(env: gym.Env[Any, Any]) -> tuple[Render, float] | None:
+    """How recorded states of this env are drawn, and its steps per second.
+
+    The rows are those of `polite.rollouts.state_rows`. A MuJoCo env is seen by the camera that
+    follows the robot, where its model has one.
+
+    Returns:
+        None where the env cannot go back to a state.
+
+    Raises:
+        PoliteError: This machine cannot draw it.
+    """
+    world: Any = env.unwrapped
+    if hasattr(world, "render_state"):
+        return world.render_state, 1.0 / world.dt
+    if hasattr(world, "mujoco_renderer"):
+        return _mujoco_render(world), 1.0 / world.dt
+    return None
+
+
+@contextmanager
+def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
+    """Open an env to draw recorded states (see `picture_env` and `state_render`).
 
     Yields:
         The function that draws, and the env's steps per second.
@@ -74,19 +104,14 @@ def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
     Raises:
         PoliteError: The env is unknown, cannot restore a state, or this machine cannot draw it.
     """
-    with making(env_id, " to draw") as name:
-        env = gym.make(name, render_mode="rgb_array", **settings)
-    with closing(env):
-        world: Any = env.unwrapped
-        if hasattr(world, "render_state"):
-            yield world.render_state, 1.0 / world.dt
-        elif hasattr(world, "mujoco_renderer"):
-            yield _mujoco_render(world), 1.0 / world.dt
-        else:
+    with picture_env(env_id, **settings) as env:
+        drawing = state_render(env)
+        if drawing is None:
             raise PoliteError(
                 f"{env_id}: expected an env with render_state(row, trail), or a MuJoCo env; "
                 "its recorded states cannot be drawn"
             )
+        yield drawing
 
 
 def _mujoco_render(world: Any) -> Render:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+import gymnasium as gym
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from polite.clips import Frames, renderer, write_clip
+from polite.clips import Frames, picture_env, state_render, write_clip
+from polite.experiments.replay import replay
 from polite.experiments.runner import make_progress
 from polite.experiments.trained import Trained, read_trained
 from polite.experiments.training.judge import EVALUATION_SEED
@@ -28,6 +32,10 @@ CLIPS: Final = (".webp", ".gif", ".mp4")
 PICTURES: Final = (".png", ".pdf")
 CLIP_FPS: Final = 25.0
 """At most so many frames a second; of faster envs only every second, third, … step is drawn."""
+USUAL_FPS: Final = 30.0
+"""Steps a second of an env that does not tell."""
+Draw = Callable[[Trajectory, Sequence[int]], Iterator[NDArray[np.uint8]]]
+"""An episode and its steps that are wanted -> (h, w, 3) for each of them."""
 
 
 def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
@@ -44,20 +52,17 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
 
     Raises:
         PoliteError: if there is no finished training, the seed is below 0, the ending is another,
-            or the env's states cannot be drawn here. Nothing is written then.
+            or the env cannot be drawn here. Nothing is written then.
     """
     trained = read_trained(folder)
     out = out or trained.models / f"episode_{seed}.webp"
     _check(out, seed)
-    with renderer(trained.env, **trained.settings) as (render, pace), make_progress() as progress:
+    with picture_env(trained.env, **trained.settings) as env, make_progress() as progress:
+        draw, pace = _drawing(env, seed)
         episode = play(trained, seed)
         steps = _steps(len(episode), pace, still=out.suffix in PICTURES)
-        frames = np.stack(
-            [
-                render(episode.states[step], episode.states[: step + 1, :2])
-                for step in progress.track(steps, description="drawing")
-            ]
-        )
+        pictures = draw(episode, steps)
+        frames = np.stack(list(progress.track(pictures, len(steps), description="drawing")))
         traces = paid(trained, episode)
         title = f"{trained.title}: return {episode.rewards.sum():,.4g} in {len(episode):,} steps"
         writing = progress.add_task(f"writing {out.name}", total=None)
@@ -91,6 +96,22 @@ def paid(trained: Trained, episode: Trajectory) -> Traces:
     if trained.reward is not None:
         traces["r̂"] = predict(trained.reward, episode.observations, episode.actions)
     return traces
+
+
+def _drawing(env: gym.Env[Any, Any], seed: int) -> tuple[Draw, float]:
+    """How moments of an episode are drawn, and the env's steps per second.
+
+    From the recorded states where that can be done, and by playing it once more elsewhere.
+    """
+    if drawing := state_render(env):
+        render, pace = drawing
+
+        def draw(episode: Trajectory, steps: Sequence[int]) -> Iterator[NDArray[np.uint8]]:
+            for step in steps:
+                yield render(episode.states[step], episode.states[: step + 1, :2])
+
+        return draw, pace
+    return partial(replay, env, seed + EVALUATION_SEED), env.metadata.get("render_fps", USUAL_FPS)
 
 
 def _check(out: Path, seed: int) -> None:

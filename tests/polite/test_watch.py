@@ -43,6 +43,34 @@ class DrawnPointEnv(PointEnv):
         return np.full((48, 201, 3), 100 + 50 * row[0], np.uint8)
 
 
+class PicturedPointEnv(PointEnv):
+    """The same pictures of the present moment, but none of a recorded state."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012
+
+    def __init__(self, render_mode=None) -> None:
+        self.render_mode = render_mode
+
+    def render(self):
+        return DrawnPointEnv.render_state(self, [self.place], None)
+
+
+class ErraticPointEnv(PicturedPointEnv):
+    """Its seed does not say where it begins."""
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place = np.random.default_rng().uniform(-1.0, 1.0)
+        return np.array([self.place]), {}
+
+
+class BlankPointEnv(PicturedPointEnv):
+    """It says that it makes pictures, and makes none."""
+
+    def render(self):
+        return None
+
+
 class WalledPointEnv(DrawnPointEnv):
     """The same, but an episode ends at .5."""
 
@@ -53,6 +81,10 @@ class WalledPointEnv(DrawnPointEnv):
 
 if "DrawnPoint-v0" not in gym.registry:
     gym.register("DrawnPoint-v0", entry_point=DrawnPointEnv, max_episode_steps=LIMIT)
+    gym.register("PicturedPoint-v0", entry_point=PicturedPointEnv, max_episode_steps=LIMIT)
+    gym.register("ErraticPoint-v0", entry_point=ErraticPointEnv, max_episode_steps=LIMIT)
+    gym.register("Silent-v0", entry_point=PointEnv, max_episode_steps=LIMIT)
+    gym.register("BlankPoint-v0", entry_point=BlankPointEnv, max_episode_steps=LIMIT)
     gym.register("WalledPoint-v0", entry_point=WalledPointEnv, max_episode_steps=LIMIT)
 
 
@@ -114,15 +146,16 @@ def test_without_a_reward_model_the_true_reward_stands_alone(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["gif", "mp4"])
-def test_a_clip_shows_the_episode_in_real_time(tmp_path, ending) -> None:
-    """50 steps a second: every second one is a frame."""
-    folder = training(tmp_path / "run")
+@pytest.mark.parametrize("env", ["DrawnPoint-v0", "PicturedPoint-v0"])
+def test_a_clip_shows_the_episode_in_real_time(tmp_path, env, ending) -> None:
+    """50 steps a second: every second one is a frame. Whether from states or played once more."""
+    folder = training(tmp_path / "run", env)
     out = watch(folder, tmp_path / f"clip.{ending}")
     frames, fps = read_video(out)
     assert (len(frames), fps) == (LIMIT / 2, 25)
-    states = play(read_trained(folder), 0).states[::2]
+    places = play(read_trained(folder), 0).observations[::2, 0]
     brightness = frames[:, :40, :200].mean((1, 2, 3))
-    np.testing.assert_allclose(brightness, 100 + 50 * states[:, 0], atol=3)
+    np.testing.assert_allclose(brightness, 100 + 50 * places, atol=3)
 
 
 def test_without_a_path_the_clip_lies_beside_the_models(tmp_path) -> None:
@@ -178,11 +211,11 @@ def test_the_env_is_drawn_with_the_keywords_that_were_given(tmp_path, monkeypatc
     @contextmanager
     def seen(env_id, **settings):
         drawn.append(settings)
-        with renderer(env_id, **settings) as opened:
+        with picture_env(env_id, **settings) as opened:
             yield opened
 
-    renderer = watch_module.renderer
-    monkeypatch.setattr(watch_module, "renderer", seen)
+    picture_env = watch_module.picture_env
+    monkeypatch.setattr(watch_module, "picture_env", seen)
     asked = ("half_width=4.0", "max_episode_steps=20")
     train(out=tmp_path / "run", queries=4, steps=1, evaluation_episodes=1, env_settings=asked)
     watch(tmp_path / "run", tmp_path / "episode.png")
@@ -223,12 +256,30 @@ def test_another_ending_is_refused(tmp_path, name) -> None:
     assert not (tmp_path / name).exists()
 
 
-def test_an_env_that_cannot_be_drawn_is_refused(tmp_path) -> None:
-    folder = training(tmp_path, env="Pendulum-v1")
+# Gymnasium warns of what is refused here.
+@pytest.mark.filterwarnings("ignore:.*not in the possible render_modes")
+@pytest.mark.filterwarnings("ignore:.*rendering should return a numpy array")
+@pytest.mark.parametrize(
+    ("env", "says"),
+    [
+        ("ErraticPoint-v0", "the same seed and actions lead to the same episode, got another"),
+        ("BlankPoint-v0", r"render\(\) gives a picture .* got NoneType"),
+        ("Silent-v0", "cannot make 'Silent-v0' to draw: .*render_mode"),
+    ],
+)
+def test_an_env_that_cannot_be_drawn_is_refused(tmp_path, env, says) -> None:
+    folder = training(tmp_path, env)
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(PoliteError, match="expected an env with render_state"):
+    with pytest.raises(PoliteError, match=says):
         watch(folder)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_an_env_of_gymnasium_s_own_is_watched(tmp_path) -> None:
+    run = tmp_path / "run"
+    train(out=run, env="Pendulum-v1", queries=4, steps=1, evaluation_episodes=1)
+    with Image.open(watch(run)) as clip:
+        assert clip.n_frames == 100  # of 200 steps, 30 a second
 
 
 def test_a_seed_below_0_is_refused(tmp_path) -> None:
