@@ -26,21 +26,25 @@ UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
 PLAIN: Final = (POLITE_200, BASELINE_800, BASELINE_262)
 WITH_FEW_EPOCHS: Final = tuple(which._replace(variant=FEW_EPOCHS) for which in PLAIN)
 NOT_IN_PAPER: Final = "not in the paper"
-NO_WORSE: Final = (
-    "The mean final true return as measured is at least baseline-800's (its interval may straddle "
-    f"that), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
-)
+POLITE_100 = Wanted("polite", 100)
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
 )
 
 
-def _no_worse(baseline: Wanted) -> Callable[[View], tuple[Part, ...]]:
-    name = label(*baseline)
+def _no_worse_than(baseline: Wanted) -> str:
+    return (
+        f"The mean final true return as measured is at least {label(*baseline)}'s (its interval "
+        f"may straddle that), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
+    )
+
+
+def _no_worse(baseline: Wanted, ours: Wanted = POLITE_200) -> Callable[[View], tuple[Part, ...]]:
+    names = label(*ours), label(*baseline)
     return lambda view: (
-        at_least(f"POLITE-200 minus {name}", view.difference(POLITE_200, baseline), 0),
-        above(f"POLITE-200 / {name}", view.ratio(POLITE_200, baseline), NEAR),
+        at_least(" minus ".join(names), view.difference(ours, baseline), 0),
+        above(" / ".join(names), view.ratio(ours, baseline), NEAR),
     )
 
 
@@ -74,7 +78,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "bar-fewer-queries",
         "Our bar: with our form of the highlights, POLITE-200 is no worse than baseline-800",
         NOT_IN_PAPER,
-        NO_WORSE,
+        _no_worse_than(BASELINE_800),
         (POLITE_200, BASELINE_800),
         _no_worse(BASELINE_800),
         kind="comparison",
@@ -105,6 +109,17 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         kind="comparison",
         own=True,
         first_seed=10,
+    ),
+    Rule(
+        "half-effort",
+        "With our form of the highlights half of people's time is enough: POLITE-100 is no worse "
+        "than baseline-262",
+        NOT_IN_PAPER,
+        _no_worse_than(BASELINE_262),
+        (POLITE_100, BASELINE_262),
+        _no_worse(BASELINE_262, POLITE_100),
+        kind="comparison",
+        own=True,
     ),
     Rule(
         "more-answers",
@@ -146,7 +161,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "control-fewer-queries",
         "At equal updates too, POLITE-200 in our form is no worse than baseline-800",
         NOT_IN_PAPER,
-        f"{AT_EQUAL_UPDATES} {NO_WORSE}",
+        f"{AT_EQUAL_UPDATES} {_no_worse_than(BASELINE_800)}",
         (POLITE_200, UPDATED_800),
         _no_worse(UPDATED_800),
         kind="comparison",

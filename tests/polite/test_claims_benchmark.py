@@ -164,6 +164,22 @@ def test_equal_effort_and_our_bar() -> None:
     assert verdict(cells(levels, form="choice"), "bar-fewer-queries")["verdict"] == "not reproduced"
 
 
+@pytest.mark.parametrize(
+    ("hundred", "expected"),
+    [(720.0, "reproduced"), (690.0, "undecided"), (600.0, "not reproduced")],
+)
+def test_half_the_effort_is_compared_in_our_form_only(hundred: float, expected: str) -> None:
+    levels = {("polite", 100): hundred, B262: 700.0}
+    claim = verdict(cells(levels, form="choice"), "half-effort")
+    assert claim["verdict"] == expected
+    assert [part["what"] for part in claim["parts"]] == [
+        "POLITE-100 minus baseline-262",
+        "POLITE-100 / baseline-262",
+    ]
+    others = judge_benchmark(cells(levels, form="paper"))
+    assert "half-effort" not in {claim["id"] for claim in others}
+
+
 def test_our_bar_is_about_our_form_under_the_pairwise_loss_alone() -> None:
     levels = {P200: 800.0, B262: 700.0, B800: 790.0}
     ours: dict[str, Any] = {"form": "choice"}
