@@ -109,9 +109,9 @@ class Train(TrainConfig):
 class Watch:
     """Watch a trained policy: an episode, and under its frames what every step paid.
 
-    Beside the true reward stands r̂, where a reward model paid the policy. Any env does that makes
-    pictures (render_mode="rgb_array"); one that cannot go back to a recorded state plays the
-    episode once more.
+    Beside the true reward stands r̂, where a reward model paid the policy. Any env will do that
+    makes pictures (render_mode="rgb_array"); one that cannot go back to a recorded state plays the
+    episode once more, which has to follow from its seed.
     """
 
     folder: Annotated[Path, tyro.conf.Positional]

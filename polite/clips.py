@@ -66,7 +66,7 @@ def picture_env(env_id: str, /, **settings: Any) -> Iterator[gym.Env[Any, Any]]:
         **settings: Its keywords, the size of the pictures among them.
 
     Raises:
-        PoliteError: It is unknown, or makes no pictures.
+        PoliteError: It is unknown, or cannot be made to give pictures.
     """
     with making(env_id, " to draw") as name:
         env = gym.make(name, render_mode="rgb_array", **settings)
@@ -87,7 +87,7 @@ def state_render(env: gym.Env[Any, Any]) -> tuple[Render, float] | None:
         PoliteError: This machine cannot draw it.
     """
     world: Any = env.unwrapped
-    if hasattr(world, "render_state"):
+    if hasattr(world, "render_state") and hasattr(world, "dt"):
         return world.render_state, 1.0 / world.dt
     if hasattr(world, "mujoco_renderer"):
         return _mujoco_render(world), 1.0 / world.dt
@@ -108,7 +108,7 @@ def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
         drawing = state_render(env)
         if drawing is None:
             raise PoliteError(
-                f"{env_id}: expected an env with render_state(row, trail), or a MuJoCo env; "
+                f"{env_id}: expected an env with render_state(row, trail) and dt, or a MuJoCo env; "
                 "its recorded states cannot be drawn"
             )
         yield drawing

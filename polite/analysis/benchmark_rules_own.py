@@ -33,10 +33,10 @@ AT_EQUAL_UPDATES: Final = (
 )
 
 
-def _no_worse_than(baseline: Wanted) -> str:
+def _no_worse_than(name: str) -> str:
     return (
-        f"The mean final true return as measured is at least {label(*baseline)}'s (its interval "
-        f"may straddle that), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
+        f"The mean final true return as measured is at least {name}'s (the interval of the "
+        f"difference may straddle 0), and Fieller's 95% interval of the ratio lies above {NEAR:g}."
     )
 
 
@@ -78,7 +78,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "bar-fewer-queries",
         "Our bar: with our form of the highlights, POLITE-200 is no worse than baseline-800",
         NOT_IN_PAPER,
-        _no_worse_than(BASELINE_800),
+        _no_worse_than("baseline-800"),
         (POLITE_200, BASELINE_800),
         _no_worse(BASELINE_800),
         kind="comparison",
@@ -115,7 +115,9 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "With our form of the highlights half of people's time is enough: POLITE-100 is no worse "
         "than baseline-262",
         NOT_IN_PAPER,
-        _no_worse_than(BASELINE_262),
+        "A query with highlights takes 31% more time, so that 100 take half as long as 262 "
+        f"without. {_no_worse_than('baseline-262')} (Written before the runs of POLITE-100; those "
+        "of baseline-262 had been read.)",
         (POLITE_100, BASELINE_262),
         _no_worse(BASELINE_262, POLITE_100),
         kind="comparison",
@@ -161,7 +163,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "control-fewer-queries",
         "At equal updates too, POLITE-200 in our form is no worse than baseline-800",
         NOT_IN_PAPER,
-        f"{AT_EQUAL_UPDATES} {_no_worse_than(BASELINE_800)}",
+        f"{AT_EQUAL_UPDATES} {_no_worse_than('baseline-800')}",
         (POLITE_200, UPDATED_800),
         _no_worse(UPDATED_800),
         kind="comparison",

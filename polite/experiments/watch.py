@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from polite.clips import Frames, picture_env, state_render, write_clip
-from polite.experiments.replay import replay
+from polite.experiments.play_again import play_again
 from polite.experiments.runner import make_progress
 from polite.experiments.trained import Trained, read_trained
 from polite.experiments.training.judge import EVALUATION_SEED
@@ -32,6 +32,8 @@ CLIPS: Final = (".webp", ".gif", ".mp4")
 PICTURES: Final = (".png", ".pdf")
 CLIP_FPS: Final = 25.0
 """At most so many frames a second; of faster envs only every second, third, … step is drawn."""
+NARROWEST: Final = 200
+"""Pixels of a frame's width that its traces have room in."""
 USUAL_FPS: Final = 30.0
 """Steps a second of an env that does not tell."""
 Draw = Callable[[Trajectory, Sequence[int]], Iterator[NDArray[np.uint8]]]
@@ -62,7 +64,7 @@ def watch(folder: Path, out: Path | None = None, seed: int = 0) -> Path:
         episode = play(trained, seed)
         steps = _steps(len(episode), pace, still=out.suffix in PICTURES)
         pictures = draw(episode, steps)
-        frames = np.stack(list(progress.track(pictures, len(steps), description="drawing")))
+        frames = _enlarged(list(progress.track(pictures, len(steps), description="drawing")))
         traces = paid(trained, episode)
         title = f"{trained.title}: return {episode.rewards.sum():,.4g} in {len(episode):,} steps"
         writing = progress.add_task(f"writing {out.name}", total=None)
@@ -111,7 +113,21 @@ def _drawing(env: gym.Env[Any, Any], seed: int) -> tuple[Draw, float]:
                 yield render(episode.states[step], episode.states[: step + 1, :2])
 
         return draw, pace
-    return partial(replay, env, seed + EVALUATION_SEED), env.metadata.get("render_fps", USUAL_FPS)
+    pace = float(env.metadata.get("render_fps") or USUAL_FPS)
+    return partial(play_again, env, seed + EVALUATION_SEED), pace
+
+
+def _enlarged(pictures: Sequence[NDArray[np.uint8]]) -> Frames:
+    """The pictures in one array; small ones as many times larger as the traces need room for.
+
+    Raises:
+        PoliteError: They differ in size.
+    """
+    shapes = {picture.shape for picture in pictures}
+    if len(shapes) > 1:
+        raise PoliteError(f"expected pictures of one size, got {sorted(shapes)}")
+    times = math.ceil(NARROWEST / pictures[0].shape[1])
+    return np.stack(pictures).repeat(times, axis=1).repeat(times, axis=2)
 
 
 def _check(out: Path, seed: int) -> None:

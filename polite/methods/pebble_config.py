@@ -161,12 +161,13 @@ def with_loss_of(training: RewardTrainingConfig) -> RewardTrainingConfig:
 
 
 def pebble_config(queries: int, steps: int, **settings: Any) -> PebbleConfig:
-    """Times of a training of `REFERENCE_STEPS`; in a shorter one, all of them shortened alike.
+    """PEBBLE in a training of any length: below `REFERENCE_STEPS` all times are shortened alike.
 
     Args:
         queries: the budget.
         steps: env steps of the whole training.
-        settings: other fields of `PebbleConfig`; B-Pref's times where there is no schedule.
+        settings: other fields of `PebbleConfig`, the schedule that of `REFERENCE_STEPS` (B-Pref's
+            if not given).
 
     Raises:
         InvalidValueError: if the training is too short even so.

@@ -143,6 +143,17 @@ def test_as_many_sessions_can_be_asked_for_as_a_training_has_room_for() -> None:
         Schedule(sessions=MOST_SESSIONS + 1)
 
 
+def test_pebble_has_as_many_sessions_as_there_is_time_for() -> None:
+    config = replace(CONFIG, method="pebble", steps=2 * REFERENCE_STEPS)
+    for asked in (25, 26):
+        more = replace(config, sessions=asked)
+        if asked == 26:
+            with pytest.raises(InvalidValueError, match="sessions: 500,000 steps have time for 25"):
+                pebble_settings(more, WALKER)
+        else:
+            assert pebble_settings(more, WALKER).schedule.sessions == 25
+
+
 def test_pebble_learns_by_the_envs_loss() -> None:
     for method, highlights in (("pebble", False), ("polite-pebble", True)):
         config = replace(CONFIG, method=method, loss="released")
@@ -369,6 +380,12 @@ def test_what_is_no_keyword_is_refused(settings: tuple[str, ...]) -> None:
     [
         {"members": 0},
         {"members": "three"},
+        {"members": True},
+        {"learning_rate": True},
+        {"normalise": "no"},
+        {"reward_net": 32},
+        {"reward_net": None},
+        {"reward_net": (True,)},
         {"average_return": "high", "teacher": "skip"},
         {"reward_net": (32, 0)},
         {"reward_net": ("wide",)},
@@ -376,6 +393,7 @@ def test_what_is_no_keyword_is_refused(settings: tuple[str, ...]) -> None:
         {"learning_rate": float("nan")},
         {"sessions": 0},
         {"sessions": MOST_SESSIONS + 1},
+        {"sessions": 11, "queries": 10},
         {"sessions": 2.5},
         {"highlights_missed": 1.5},
         {"highlights_wrong_sign": -0.1},

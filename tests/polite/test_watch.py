@@ -65,10 +65,23 @@ class ErraticPointEnv(PicturedPointEnv):
 
 
 class BlankPointEnv(PicturedPointEnv):
-    """It says that it makes pictures, and makes none."""
+    """It says that it makes pictures, and makes what it is told to."""
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": None}  # noqa: RUF012
+
+    def __init__(self, render_mode=None, picture=None) -> None:
+        super().__init__(render_mode)
+        self.picture = picture
 
     def render(self):
-        return None
+        if self.picture == "missing":
+            raise gym.error.DependencyNotInstalled("pencil is not installed")
+        return {
+            None: lambda: None,
+            "float": lambda: np.ones((8, 8, 3)),
+            "growing": lambda: np.zeros((8, 8 + round(10 * abs(self.place)), 3), np.uint8),
+            "tiny": lambda: np.full((8, 8, 3), 100 + 50 * self.place, np.uint8),
+        }[self.picture]()
 
 
 class WalledPointEnv(DrawnPointEnv):
@@ -106,9 +119,10 @@ def save_models(folder, observations=1):
     save_reward_model(folder / "reward.pt", net)
 
 
-def training(folder, env="DrawnPoint-v0", method="polite"):
+def training(folder, env="DrawnPoint-v0", method="polite", **env_settings):
     save_models(folder / "models")
     config = {"env": env, "method": method, "queries": 20, "seed": 4}
+    config["env_settings"] = env_settings
     write_json(folder / "results.json", {"config": config})
     return folder
 
@@ -256,23 +270,41 @@ def test_another_ending_is_refused(tmp_path, name) -> None:
     assert not (tmp_path / name).exists()
 
 
-# Gymnasium warns of what is refused here.
-@pytest.mark.filterwarnings("ignore:.*not in the possible render_modes")
-@pytest.mark.filterwarnings("ignore:.*rendering should return a numpy array")
+def with_unusual_pictures(test):
+    """Gymnasium warns of them."""
+    for says in ("not in the possible render_modes", "rendering should", "No render fps"):
+        test = pytest.mark.filterwarnings(f"ignore:.*{says}")(test)
+    return test
+
+
+@with_unusual_pictures
 @pytest.mark.parametrize(
-    ("env", "says"),
+    ("env", "picture", "says"),
     [
-        ("ErraticPoint-v0", "the same seed and actions lead to the same episode, got another"),
-        ("BlankPoint-v0", r"render\(\) gives a picture .* got NoneType"),
-        ("Silent-v0", "cannot make 'Silent-v0' to draw: .*render_mode"),
+        ("ErraticPoint-v0", "", "the same seed and actions lead to the same episode, got another"),
+        ("BlankPoint-v0", "", r"render\(\) gives a picture .* got NoneType"),
+        ("BlankPoint-v0", "float", r"of uint8 .* got float64 \(8, 8, 3\)"),
+        ("BlankPoint-v0", "missing", r"drawn here \(DependencyNotInstalled: pencil is not"),
+        ("BlankPoint-v0", "growing", "expected pictures of one size"),
+        ("Silent-v0", "", "cannot make 'Silent-v0' to draw: .*render_mode"),
     ],
 )
-def test_an_env_that_cannot_be_drawn_is_refused(tmp_path, env, says) -> None:
-    folder = training(tmp_path, env)
+def test_an_env_that_cannot_be_drawn_is_refused(tmp_path, env, picture, says) -> None:
+    folder = training(tmp_path, env, **({"picture": picture} if picture else {}))
     before = sorted(tmp_path.rglob("*"))
     with pytest.raises(PoliteError, match=says):
         watch(folder)
     assert sorted(tmp_path.rglob("*")) == before
+
+
+@with_unusual_pictures
+def test_small_pictures_are_enlarged_and_a_pace_that_is_not_told_is_the_usual(tmp_path) -> None:
+    folder = training(tmp_path / "run", "BlankPoint-v0", picture="tiny")
+    frames, fps = read_video(watch(folder, tmp_path / "clip.mp4"))
+    assert (len(frames), round(fps)) == (LIMIT / 2, 15)
+    assert frames.shape[2] == 200
+    places = play(read_trained(folder), 0).observations[::2, 0]
+    np.testing.assert_allclose(frames[:, :200].mean((1, 2, 3)), 100 + 50 * places, atol=3)
 
 
 def test_an_env_of_gymnasium_s_own_is_watched(tmp_path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 from pathlib import Path
@@ -44,13 +44,16 @@ _UNHEARD = {
 """What each method never looks at. The queries are not here, so that one line of a script serves
 every method."""
 _EXPECTED: Final[Mapping[Any, tuple[Any, str]]] = {
+    bool: (bool, "true or false"),
     str: (str, "a text"),
     int: (int, "a whole number"),
     float: ((int, float), "a number"),
 }
-"""Of what types a setting's value may be, in words too."""
+"""Of what types a setting's value may be, in words too; to Python, true is a number as well."""
+_PEBBLE: Final = ("pebble", "polite-pebble", "sac")
+"""The methods whose policy is SAC."""
 MOST_SESSIONS: Final = 50
-"""For which a training has room, one every fiftieth of it (`polite.methods.schedules`)."""
+"""That begin before a training ends, one every fiftieth of it (`polite.methods.schedules`)."""
 _LEAST = {
     "queries": 0,
     "steps": 1,
@@ -109,7 +112,8 @@ class TrainConfig:
     seed: int = 0
     """Everything random follows from it."""
     learning_rate: float | None = None
-    """The policy's step size: PPO's, or SAC's for PEBBLE and sac; the env's own if not given."""
+    """The policy's step size; the env's own if not given, 0.0005 for PEBBLE and sac. PPO's is that
+    of the beginning: it falls to 0, but under the paper's settings for HalfCheetah and Walker2d."""
     teacher: Literal["polite", "oracle", "equal", "skip", "mistake", "myopic", "stochastic"] = (
         "polite"
     )
@@ -126,8 +130,10 @@ class TrainConfig:
     """When the teacher is asked. sessions: ten in the first fifth of the training; decaying: a
     quarter before it, the rest ever more rarely until its end; up-front: before it."""
     sessions: int | None = None
-    """How many there are, of --schedule sessions and of PEBBLE: one every fiftieth of the training
-    (so at most 50), PEBBLE's every 20,000 steps. Ten if not given."""
+    """How many there are under --schedule sessions, one every fiftieth of the training (so at most
+    50; each waits for the end of a rollout), and of PEBBLE, one every 20,000 steps (in a training
+    shorter than 250,000 sooner, in proportion). If not given ten, or as many as there is time for.
+    """
     epochs: Literal["released", "few"] = "released"
     """How long the reward model is trained. released: 200 passes over the answers after the first
     session and 50 after each later one, as the authors' release; few: an eighth of that, which on
@@ -188,14 +194,14 @@ class TrainConfig:
             InvalidValueError: naming the one that is unknown or out of its range.
         """
         for name, kind in get_type_hints(type(self)).items():
-            value = getattr(self, name)
-            allowed = get_args(kind) if isinstance(kind, UnionType) else (kind,)
-            fits, words = _EXPECTED.get(allowed[0], (object, ""))
-            if not (isinstance(value, fits) or (value is None and NoneType in allowed)):
-                raise self._unfit(name, f"expected {words}")
+            self._check_type(name, kind)
             known = get_args(kind) if get_origin(kind) is Literal else ()
             if known and getattr(self, name) not in known:
                 raise self._unfit(name, f"expected one of {', '.join(known)}")
+        if not isinstance(self.reward_net, Sequence) or not all(
+            type(units) is int and units >= 1 for units in self.reward_net
+        ):
+            raise self._unfit("reward_net", "expected a list of whole numbers of at least 1")
         for name, least in _LEAST.items():
             if getattr(self, name) < least:
                 raise self._unfit(name, f"expected at least {least}")
@@ -206,12 +212,26 @@ class TrainConfig:
                 raise self._unfit(name, "expected a share in [0, 1]")
         parse_env_settings(self.env_settings)
         self._check_heard()
-        self._check_sessions()
+        self._check_schedule()
         self._check_teacher()
         self._check_reward_model()
         self._check_given()
-        if self.method in ("pebble", "polite-pebble", "sac"):
+        if self.method in _PEBBLE:
             self._check_pebble()
+
+    def _check_type(self, name: str, kind: Any) -> None:
+        """A word where a number is expected would be found hours later.
+
+        Raises:
+            InvalidValueError: naming the setting.
+        """
+        value = getattr(self, name)
+        allowed = get_args(kind) if isinstance(kind, UnionType) else (kind,)
+        if allowed[0] not in _EXPECTED or (value is None and NoneType in allowed):
+            return
+        fits, words = _EXPECTED[allowed[0]]
+        if not isinstance(value, fits) or isinstance(value, bool) != (allowed[0] is bool):
+            raise self._unfit(name, f"expected {words}")
 
     def _check_heard(self) -> None:
         """What the method never looks at would go unheard.
@@ -224,16 +244,18 @@ class TrainConfig:
             if getattr(self, name) != default and not self.uses(name):
                 raise self._unfit(name, f"{self.method} has no use for it; leave it out")
 
-    def _check_sessions(self) -> None:
-        """Sessions have a number of their own under one schedule; up front nothing is known.
+    def _check_schedule(self) -> None:
+        """Only one schedule leaves the number of sessions open; up front nothing is known.
 
         Raises:
-            InvalidValueError: if another number, or pairs that need a reward model, were asked for.
+            InvalidValueError: if sessions that cannot be held, or pairs that need a reward model,
+                were asked for.
         """
         if self.sessions is not None and self.schedule != "sessions":
             raise self._unfit("sessions", "only for --schedule sessions")
-        if self.sessions is not None and not 1 <= self.sessions <= MOST_SESSIONS:
-            raise self._unfit("sessions", f"expected 1 to {MOST_SESSIONS}")
+        most = min(self.queries, inf if self.method in _PEBBLE else MOST_SESSIONS)
+        if self.sessions is not None and not 1 <= self.sessions <= most:
+            raise self._unfit("sessions", f"expected 1 to {most}, each with a query")
         if self.schedule == "up-front" and self.sampler != "uniform":
             raise self._unfit(
                 "sampler",
@@ -262,13 +284,11 @@ class TrainConfig:
                 raise self._unfit(name, f"only for --teacher {' and '.join(teachers)}")
 
     def _check_reward_model(self) -> None:
-        """Networks have units; without preferences nothing can be held out.
+        """Without preferences nothing can be held out.
 
         Raises:
-            InvalidValueError: if something should be, or a layer has none.
+            InvalidValueError: if something should be.
         """
-        if not all(isinstance(units, int) and units >= 1 for units in self.reward_net):
-            raise self._unfit("reward_net", "expected whole numbers of at least 1")
         if self.validation_share and self.method not in ("polite", "preferences"):
             raise self._unfit(
                 "validation_share", "only for methods that learn from preferences by PPO"

@@ -62,10 +62,10 @@ def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
     """The settings of PEBBLE in this env.
 
     Raises:
-        InvalidValueError: if the training is too short.
+        InvalidValueError: if the training is too short, for so many sessions or for any.
     """
     sac, schedule = SacConfig(), PebbleSchedule()
-    return pebble_config(
+    pebble = pebble_config(
         config.queries,
         config.steps,
         method=PEBBLE_METHODS[config.method],
@@ -74,6 +74,12 @@ def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
         training=with_loss_of(preset.training),
         sac=replace(sac, learning_rate=config.learning_rate or sac.learning_rate),
     )
+    most = len(pebble.schedule.plan(pebble.queries, pebble.steps, pebble.first_session))
+    if config.sessions is not None and config.sessions > most:
+        raise InvalidValueError(
+            f"sessions: {pebble.steps:,} steps have time for {most}, got {config.sessions}"
+        )
+    return pebble
 
 
 def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
@@ -118,7 +124,7 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
 def _net(config: TrainConfig, otherwise: RewardNetConfig) -> RewardNetConfig:
     """The reward network that was asked for."""
     hidden = tuple(config.reward_net)
-    return RewardNetConfig(hidden, (0.0,) * len(hidden)) if hidden else otherwise
+    return replace(otherwise, hidden=hidden, dropout=(0.0,) * len(hidden)) if hidden else otherwise
 
 
 def teacher_maker(config: TrainConfig, preset: EnvPreset) -> MakeTeacher:
