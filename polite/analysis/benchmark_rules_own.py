@@ -19,6 +19,7 @@ from polite.analysis.verdicts import Part, above, at_least
 
 EQUAL_EFFORT: Final = {200: 262, 400: 525}
 """Queries without highlights that take people as long as those with them: 31% more, rounded."""
+POLITE_100 = Wanted("polite", 100)
 BASELINE_262 = Wanted("preferences", 262)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
@@ -26,7 +27,6 @@ UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
 PLAIN: Final = (POLITE_200, BASELINE_800, BASELINE_262)
 WITH_FEW_EPOCHS: Final = tuple(which._replace(variant=FEW_EPOCHS) for which in PLAIN)
 NOT_IN_PAPER: Final = "not in the paper"
-POLITE_100 = Wanted("polite", 100)
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."

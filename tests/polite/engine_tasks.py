@@ -22,6 +22,8 @@ def die(tries: Path, times: int) -> int:
 
 
 def wait_for_ever(started: Path) -> None:
-    """Say that it has begun, and never end."""
-    started.write_text(str(os.getpid()))
+    """Say that it has begun, by a file that is whole once it is there, and never end."""
+    unfinished = started.with_suffix(".unfinished")
+    unfinished.write_text(str(os.getpid()))
+    unfinished.rename(started)
     signal.pause()

@@ -350,9 +350,11 @@ def test_from_python_numbers_may_be_numpy_s_and_env_settings_a_dict(tmp_path) ->
         env="Point-v0",
         env_settings={"max_episode_steps": 7},
         evaluation_episodes=2,
+        reward_net=np.array([8, 4]),
         **given,
     )
     config = json.loads(path.read_text("utf-8"))["config"]
+    assert config["reward_net"] == [8, 4]
     assert config["env_settings"] == {"max_episode_steps": 7}
     assert {name: config[name] for name in given} == given
 

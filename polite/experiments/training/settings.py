@@ -74,11 +74,13 @@ def pebble_settings(config: TrainConfig, preset: EnvPreset) -> PebbleConfig:
         training=with_loss_of(preset.training),
         sac=replace(sac, learning_rate=config.learning_rate or sac.learning_rate),
     )
-    most = len(pebble.schedule.plan(pebble.queries, pebble.steps, pebble.first_session))
-    if config.sessions is not None and config.sessions > most:
-        raise InvalidValueError(
-            f"sessions: {pebble.steps:,} steps have time for {most}, got {config.sessions}"
-        )
+    if config.sessions is not None:
+        planned = pebble.schedule.plan(pebble.queries, pebble.steps, pebble.first_session)
+        if len(planned) < config.sessions:
+            raise InvalidValueError(
+                f"sessions: {pebble.steps:,} steps have time for {len(planned)}, got "
+                f"{config.sessions}"
+            )
     return pebble
 
 

@@ -95,7 +95,7 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
             settings[name] = Path(value)
         elif name == "env_settings" and isinstance(value, Mapping):
             settings[name] = tuple(f"{key}={json.dumps(told)}" for key, told in value.items())
-        elif isinstance(value, np.generic | np.ndarray):  # JSON, which keeps them, knows none
+        elif isinstance(value, np.generic | np.ndarray):  # kept as JSON, which knows neither
             settings[name] = value.tolist()
     if isinstance(teacher, str):
         return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
