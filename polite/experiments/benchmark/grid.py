@@ -169,7 +169,7 @@ def _cell(
 
 _SMOKE: Final[Mapping[str, Any]] = {
     "preset": "smoke",
-    "steps": 12_288,
+    "steps": 8_192,
     "envs": ("Walker2d-v5",),
 }
 _FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}

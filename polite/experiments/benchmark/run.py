@@ -26,7 +26,7 @@ from polite.experiments.benchmark.settings import (
     learning_config,
     pebble_settings,
 )
-from polite.experiments.training.held_out import held_out_quality
+from polite.experiments.training.held_out import SEGMENTS, held_out_quality
 from polite.experiments.training.judge import judge
 from polite.experiments.training.models import save_models
 from polite.experiments.workers import one_torch_thread
@@ -38,6 +38,8 @@ from polite.types import NotFiniteError
 
 EPISODES = 20
 """On which the finished policy is judged."""
+SMOKE_SEGMENTS = 40
+"""Fresh ones on which a reward model is judged where it shall end in seconds."""
 
 
 def checkpoint_path(folder: Path, run: Run) -> Path:
@@ -130,7 +132,8 @@ def _describe(run: Run, learned: Learned, make_env: MakeEnv, live: Live) -> Reco
     evaluation = judge(make_env, learned.policy, EPISODES, run.seed)
     live.report("judging the reward", 1.0)
     asked = learned.session_policy is not None  # a random reward model's order tells nothing
-    quality = held_out_quality(make_env, learned, run.seed) if asked else None
+    segments = SMOKE_SEGMENTS if run.preset == "smoke" else SEGMENTS
+    quality = held_out_quality(make_env, learned, run.seed, segments) if asked else None
     if quality is not None:
         feedback = learned.feedback if run.method in WITH_HIGHLIGHTS else None
         quality["highlighted_reward"] = highlighted_reward(feedback) if feedback else None

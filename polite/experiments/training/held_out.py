@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -17,20 +18,23 @@ from polite.segments import cut_segments
 from polite.types import SegmentPool
 
 SEGMENTS, LENGTH, PAIRS = 200, 50, 1000
-"""Fresh segments, steps of each, and pairs of them."""
+"""Fresh segments unless told otherwise, steps of each, and pairs of them."""
 HELD_OUT_SEED = 2_000_000
 """Added to the run's seed, so that nothing here touches or repeats what the training draws."""
 ENVS = 10
 """Envs that roll the policy out side by side."""
 
 
-def held_out_quality(make_env: MakeEnv, learned: Learned, seed: int) -> dict[str, Any] | None:
+def held_out_quality(
+    make_env: MakeEnv, learned: Learned, seed: int, segments: int = SEGMENTS
+) -> dict[str, Any] | None:
     """On segments of the policy at the last session, and of the finished one.
 
     Args:
         make_env: makes the envs.
         learned: the training's outcome.
         seed: the run's.
+        segments: fresh ones of each policy.
 
     Returns:
         `early`, where there was a session, and `late`; None if the true reward paid.
@@ -39,28 +43,30 @@ def held_out_quality(make_env: MakeEnv, learned: Learned, seed: int) -> dict[str
         return None
     policies = {"early": learned.session_policy, "late": learned.policy}
     return {
-        name: _quality(make_env, policy, learned.reward, [seed + HELD_OUT_SEED, number])
+        name: _quality(make_env, policy, learned.reward, [seed + HELD_OUT_SEED, number], segments)
         for number, (name, policy) in enumerate(policies.items())
         if policy is not None
     }
 
 
 def _quality(
-    make_env: MakeEnv, policy: Policy, model: RewardModel, seed: list[int]
+    make_env: MakeEnv, policy: Policy, model: RewardModel, seed: list[int], segments: int
 ) -> dict[str, float | None]:
     rng = np.random.default_rng(seed)
-    pool = _fresh_segments(make_env, policy, rng)
+    pool = _fresh_segments(make_env, policy, rng, segments)
     pairs = np.array([(q.first, q.second) for q in uniform_pairs(PAIRS, rng, pool)])
     return reward_quality(predict(model, pool.observations, pool.actions), pool, pairs)
 
 
-def _fresh_segments(make_env: MakeEnv, policy: Policy, rng: np.random.Generator) -> SegmentPool:
+def _fresh_segments(
+    make_env: MakeEnv, policy: Policy, rng: np.random.Generator, count: int
+) -> SegmentPool:
     """Roll the policy out as it trains, its actions drawn, and cut segments."""
     with closing(make_env(ENVS, 0)) as env:
         trajectories = collect(
             env.vector_env,
             lambda observations: policy.sample(observations, rng),
-            SEGMENTS * LENGTH // ENVS,
+            ceil(count * LENGTH / ENVS),
             int(rng.integers(2**31)),
         )
-    return cut_segments(trajectories, LENGTH, SEGMENTS, rng)
+    return cut_segments(trajectories, LENGTH, count, rng)
