@@ -1,4 +1,4 @@
-"""The examples run, at their smallest."""
+"""The examples run, at their smallest; `replicate_study.py` in tests/polite/test_replicate.py."""
 
 import importlib.util
 import json
@@ -170,12 +170,6 @@ def test_vector_or_single(tmp_path):
     one, many = (curve[0]["success"] for curve in curves.values())
     assert one == many  # the same training, only faster
     assert iio.imread(tmp_path / "success.png").ndim == 3
-
-
-def test_replicate_study(tmp_path):
-    told = run("replicate_study.py", "smoke", tmp_path / "run")
-    assert "POLITE" in told
-    assert (tmp_path / "run" / "report.html").exists()
 
 
 def test_own_teacher(tmp_path):

@@ -12,6 +12,7 @@ from multiprocessing.queues import SimpleQueue
 from pathlib import Path
 from typing import Any, Self
 
+from rich.console import Console
 from rich.progress import (
     BarColumn,
     Progress,
@@ -140,7 +141,10 @@ class Runner:
 
 
 def make_progress() -> Progress:
-    """Bars that say what is happening, how far it is and how long is left."""
+    """Bars that say what is happening, how far it is and how long is left.
+
+    On the error stream, so that what a command prints is its outcome alone.
+    """
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -148,6 +152,7 @@ def make_progress() -> Progress:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
+        console=Console(stderr=True),
     )
 
 

@@ -19,8 +19,12 @@ NEEDED = {
 
 
 def run(*arguments, script="from polite.cli import main; main()"):
+    return python("-c", script, *arguments)
+
+
+def python(*arguments):
     return subprocess.run(
-        [sys.executable, "-W", "error", "-c", script, *map(str, arguments)],
+        [sys.executable, "-W", "error", *map(str, arguments)],
         capture_output=True,
         text=True,
         timeout=300,
@@ -31,9 +35,9 @@ def run(*arguments, script="from polite.cli import main; main()"):
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     out = tmp_path_factory.mktemp("study") / "run"
-    done = run("replicate", "--preset", "smoke", "--seed", 3, "--out", out)
+    done = run("replicate", "--preset", "smoke", "--seed", 0, "--out", out)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-1] == str(out / "report.html")
+    assert done.stdout == f"{out / 'report.html'}\n"  # and no bar, which a script would stumble on
     return out
 
 
@@ -45,7 +49,7 @@ def results(finished):
 def test_writes_what_the_design_lists(finished, results):
     assert results.keys() >= NEEDED
     assert results["simulated"] is True
-    assert results["seed"] == 3
+    assert results["seed"] == 0
     for name in ("report.html", "figures/fig5a_reward_map.pdf", "models/reward-polite-0.pt"):
         assert (finished / name).stat().st_size > 0
     for name in ("segments.npz", "queries.json", "answers.jsonl"):
@@ -86,11 +90,13 @@ def test_counts_add_up(results):
         assert results["queries"][name] == counts["answers"]
 
 
-def test_resuming_a_finished_run_changes_nothing(finished):
+def test_the_example_goes_on_with_a_finished_run_and_changes_nothing(finished, results):
     before = (finished / "results.json").read_bytes()
     times = {path: path.stat().st_mtime_ns for path in (finished / "stages").iterdir()}
-    done = run("replicate", "--preset", "smoke", "--seed", 3, "--out", finished, "--resume")
+    example = ROOT / "examples" / "replicate_study.py"
+    done = python(example, "smoke", finished)
     assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == len(results["claims"])
     assert (finished / "results.json").read_bytes() == before
     assert {path: path.stat().st_mtime_ns for path in (finished / "stages").iterdir()} == times
 
@@ -118,60 +124,60 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.parametrize("name", ["clips", "rewards-0", "policy-polite-1"])
-def test_a_run_killed_in_mid_task_ends_with_the_same_results(finished, tmp_path, name):
+def test_a_run_killed_in_mid_task_again_and_again_ends_with_the_same_results(finished, tmp_path):
     out = tmp_path / "run"
-    arguments = ("replicate", "--preset", "smoke", "--seed", 3, "--out", out)
-    if name != "clips":  # begin where the uninterrupted run was at that moment
-        shutil.copytree(finished, out)
-        for path in [*out.glob("stages/policy-*"), out / "results.json", out / "report.html"]:
-            path.unlink()
-        if name.startswith("rewards"):
-            for path in out.glob("stages/rewards-*"):
-                path.unlink()
-        arguments += ("--resume",)
-    died = run(*arguments, script=KILLED_WHILE.format(name=name))
-    assert died.returncode == -signal.SIGKILL
-    assert not (out / "results.json").exists()
-    done = run(*arguments[:7], "--resume")
+    arguments = ["replicate", "--preset", "smoke", "--seed", 0, "--out", out]
+    for name in ("clips", "rewards-0", "policy-polite-1"):
+        died = run(*arguments, script=KILLED_WHILE.format(name=name))
+        assert died.returncode == -signal.SIGKILL, died.stderr
+        assert not (out / "results.json").exists()
+        if name == "clips":
+            arguments += ["--resume"]
+    done = run(*arguments)
     assert done.returncode == 0, done.stderr
     assert (out / "results.json").read_bytes() == (finished / "results.json").read_bytes()
 
 
-def mistake(*arguments):
-    done = run(*arguments)
-    assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "Traceback" not in done.stderr
-    return done.stderr
+@pytest.fixture
+def mistake(command_line):
+    """The only line that a mistaken command prints."""
+
+    def call(*arguments):
+        done = command_line(*arguments)
+        assert done.returncode == 2
+        assert len(done.stderr.strip().splitlines()) == 1
+        assert "Traceback" not in done.stderr
+        return done.stderr
+
+    return call
 
 
-def test_an_existing_folder_is_left_alone(finished):
+def test_an_existing_folder_is_left_alone(mistake, finished):
     before = (finished / "results.json").read_bytes()
     assert "--resume" in mistake("replicate", "--preset", "smoke", "--out", finished)
     assert (finished / "results.json").read_bytes() == before
 
 
-def test_a_folder_of_other_settings_is_not_gone_on_with(finished):
+def test_a_folder_of_other_settings_is_not_gone_on_with(mistake, finished):
     assert "other settings" in mistake(
-        "replicate", "--preset", "smoke", "--seed", 4, "--out", finished, "--resume"
+        "replicate", "--preset", "smoke", "--seed", 1, "--out", finished, "--resume"
     )
 
 
-def test_a_folder_that_holds_no_run_is_not_taken(tmp_path):
+def test_a_folder_that_holds_no_run_is_not_taken(mistake, tmp_path):
     (tmp_path / "letter.txt").write_text("precious")
     assert "no run" in mistake("replicate", "--preset", "smoke", "--out", tmp_path, "--resume")
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
 
-def test_an_unknown_preset_is_refused(tmp_path):
-    done = run("replicate", "--preset", "huge", "--out", tmp_path / "run")
+def test_an_unknown_preset_is_refused(command_line, tmp_path):
+    done = command_line("replicate", "--preset", "huge", "--out", tmp_path / "run")
     assert done.returncode == 2
     assert "smoke" in done.stderr + done.stdout
     assert not (tmp_path / "run").exists()
 
 
-def test_a_data_set_cut_short_is_named(finished, tmp_path):
+def test_a_data_set_cut_short_is_named(mistake, finished, tmp_path):
     out = tmp_path / "run"
     shutil.copytree(finished, out)
     segments = out / "data" / "polite" / "segments.npz"
@@ -180,11 +186,11 @@ def test_a_data_set_cut_short_is_named(finished, tmp_path):
     for path in out.glob("stages/rewards-*"):
         path.unlink()
     assert "segments.npz" in mistake(
-        "replicate", "--preset", "smoke", "--seed", 3, "--out", out, "--resume"
+        "replicate", "--preset", "smoke", "--seed", 0, "--out", out, "--resume"
     )
 
 
-def test_a_report_without_numbers_is_refused(tmp_path):
+def test_a_report_without_numbers_is_refused(mistake, tmp_path):
     assert "results.json" in mistake("report", tmp_path)
 
 

@@ -237,7 +237,7 @@ def test_highlights_of_another_length_than_the_loss_reads_are_refused() -> None:
 
 def test_in_a_log_file_every_tenth_of_the_way_is_a_line(tmp_path, capsys) -> None:
     run_train(settings(tmp_path, steps=640))
-    lines = [line for line in capsys.readouterr().out.splitlines() if re.match(r" *\d+% \w", line)]
+    lines = [line for line in capsys.readouterr().err.splitlines() if re.match(r" *\d+% \w", line)]
     shares = [int(line.split("%")[0]) for line in lines]
     assert shares == sorted(set(shares)) and len(shares) > 8 and shares[-1] == 100
     assert any("true return lately" in line for line in lines)
@@ -381,7 +381,7 @@ def test_a_teacher_of_one_s_own_may_count_with_numpy(tmp_path) -> None:
 def test_a_teacher_whose_threshold_does_nothing_is_told(tmp_path, capsys, teacher, told) -> None:
     # Pendulum-v1 pays less than 0 for every step.
     run_train(settings(tmp_path, env="Pendulum-v1", teacher=teacher, steps=256))
-    assert ("average_return" in capsys.readouterr().out) == told
+    assert ("average_return" in capsys.readouterr().err) == told
 
 
 def test_equal_seeds_give_equal_results(tmp_path) -> None:
@@ -427,7 +427,7 @@ def test_a_finished_run_is_not_repeated(tmp_path, capsys) -> None:
     before = path.stat().st_mtime_ns
     assert run_train(settings(tmp_path, resume=True)) == path
     assert path.stat().st_mtime_ns == before
-    assert "finished already" in " ".join(capsys.readouterr().out.split())
+    assert "finished already" in " ".join(capsys.readouterr().err.split())
 
 
 def test_an_unfinished_run_starts_over_in_its_folder(tmp_path) -> None:

@@ -1,7 +1,6 @@
 """A study stays what its participants were asked."""
 
 import socket
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,6 @@ from made_up_study import consistent, made_up_folder
 from people import World
 from sqlalchemy import inspect
 
-import polite.cli
 from polite.dataset import MANIFEST, Feedback, save_feedback
 from polite.files import sha256
 from polite.study import schema
@@ -180,13 +178,11 @@ def test_serving_remembers_the_pool(study_folder, text):
     assert "people have compared other segments" in try_to_serve()
 
 
-def test_the_command_says_it_in_a_sentence(edited, monkeypatch, capsys):
+def test_the_command_says_it_in_a_sentence(edited, command_line):
     folder, _ = edited
-    monkeypatch.setattr(sys, "argv", ["polite", "serve", str(folder), "--port", "0"])
-    with pytest.raises(SystemExit) as stopped:
-        polite.cli.main()
-    assert stopped.value.code == 2
-    assert "comparisons: expected 3" in capsys.readouterr().err
+    done = command_line("serve", folder, "--port", 0)
+    assert done.returncode == 2
+    assert "comparisons: expected 3" in done.stderr
 
 
 def test_one_can_withdraw_from_a_study_that_is_damaged(edited):

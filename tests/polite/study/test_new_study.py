@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from made_up_study import answer, person
 
-from polite import cli
 from polite.dataset import Feedback, load_feedback, save_feedback
 from polite.experiments.new_study import folder as module
 from polite.experiments.new_study.config import NewStudyConfig
@@ -40,18 +39,6 @@ def small_clips(monkeypatch):
     monkeypatch.setattr("polite.experiments.new_study.template._look", look)
 
 
-def run(monkeypatch, capsys, *arguments):
-    """The command's exit code and what it prints."""
-    monkeypatch.setattr(sys, "argv", ["polite", "study", "new", *map(str, arguments)])
-    try:
-        cli.main()
-        code = 0
-    except SystemExit as stop:
-        code = stop.code
-    told = capsys.readouterr()
-    return code, told.out + told.err
-
-
 def test_the_demo_belongs_together() -> None:
     design, feedback = (
         read_design(demo_folder() / "study.toml"),
@@ -81,7 +68,7 @@ def test_the_demo_s_examples_show_what_they_say() -> None:
         assert sign * window.sum() > 0.4  # a goal, or a collision
 
 
-def test_the_demo_is_one_command(tmp_path, monkeypatch, capsys) -> None:
+def test_the_demo_is_one_command(tmp_path, monkeypatch, command_line) -> None:
     source = demo_folder()
     text = (source / "study.toml").read_text(encoding="utf-8")
     small = tmp_path / "demo"
@@ -93,14 +80,14 @@ def test_the_demo_is_one_command(tmp_path, monkeypatch, capsys) -> None:
     for name in ("folder", "pool"):
         monkeypatch.setattr(f"polite.experiments.new_study.{name}.demo_folder", lambda: small)
     out = tmp_path / "study"
-    code, told = run(monkeypatch, capsys, out)
-    assert code == 0, told
-    assert f"polite serve {out}" in told.replace("\n", "")
+    done = command_line("study", "new", out)
+    assert done.returncode == 0, done.stderr
+    assert f"polite serve {out}" in done.stdout.replace("\n", "")
     folder = StudyFolder(out)
     folder.check()
     assert (out / "secrets.json").exists()
-    code, told = run(monkeypatch, capsys, out)
-    assert (code, "--resume" in told) == (2, True)
+    done = command_line("study", "new", out)
+    assert (done.returncode, "--resume" in done.stderr) == (2, True)
 
 
 def test_a_design_made_from_the_template_is_one(study_folder) -> None:
@@ -318,11 +305,11 @@ def test_too_few_pairs_of_one_s_own(study_folder, tmp_path) -> None:
         new_study(config)
 
 
-def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, capsys) -> None:
+def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch, command_line) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    code, told = run(monkeypatch, capsys, tmp_path / "new")
-    assert code == 2
-    assert "pip install 'socialnav-polite[web]'" in told.replace("\n", " ")
+    done = command_line("study", "new", tmp_path / "new")
+    assert done.returncode == 2
+    assert "pip install 'socialnav-polite[web]'" in done.stderr.replace("\n", " ")
     assert not (tmp_path / "new").exists()
 
 

@@ -1,6 +1,5 @@
 import json
 import os
-import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -9,7 +8,6 @@ import pytest
 from people import World, row_counts, rows
 from sqlalchemy import event
 
-import polite.cli
 import polite.study.export
 from polite.study import schema
 from polite.study.commands import Export
@@ -214,11 +212,11 @@ def test_the_page_says_so_and_the_researcher_is_told(site, stubborn, caplog):
     assert code not in caplog.text
 
 
-def test_the_command_says_what_to_delete_by_hand(study_folder, stubborn, monkeypatch, capsys):
+def test_the_command_says_what_to_delete_by_hand(study_folder, stubborn, refused):
     export = an_export(study_folder.path)
     with opened(study_folder) as world:
         code = world.person(world.join()).code
-    said = run_command(monkeypatch, capsys, study_folder.path, code)
+    said = refused(study_folder.path, code)
     assert f"{export} could not be removed (Permission denied); delete it by hand" in said
 
 
@@ -231,26 +229,26 @@ def opened(folder):
     database.close()
 
 
-def run_command(monkeypatch, capsys, *arguments, fails=True) -> str:
-    """What `polite study withdraw` prints."""
-    monkeypatch.setattr(sys, "argv", ["polite", "study", "withdraw", *map(str, arguments)])
-    if not fails:
-        polite.cli.main()
-        return capsys.readouterr().out
-    with pytest.raises(SystemExit) as stopped:
-        polite.cli.main()
-    assert stopped.value.code == 2
-    return capsys.readouterr().err
+@pytest.fixture
+def refused(command_line):
+    """What `polite study withdraw` says when it cannot."""
+
+    def call(*arguments):
+        done = command_line("study", "withdraw", *arguments)
+        assert done.returncode == 2
+        return done.stderr
+
+    return call
 
 
 @pytest.mark.parametrize("how", [["--identity", f"PROLIFIC_PID={PANEL}"], ["--participant", "2"]])
-def test_somebody_who_has_lost_their_code_can_be_deleted(study_folder, monkeypatch, capsys, how):
+def test_somebody_who_has_lost_their_code_can_be_deleted(study_folder, command_line, refused, how):
     with opened(study_folder) as world:
         world.join(PROLIFIC_PID=f"{PANEL}2", STUDY_ID="s")
         world.join(PROLIFIC_PID=PANEL, STUDY_ID="s")
         world.join()
-    assert "deleted" in run_command(monkeypatch, capsys, study_folder.path, *how, fails=False)
-    assert "nobody has" in run_command(monkeypatch, capsys, study_folder.path, *how)
+    assert "deleted" in command_line("study", "withdraw", study_folder.path, *how).stdout
+    assert "nobody has" in refused(study_folder.path, *how)
     with opened(study_folder) as world:
         left = [row["number"] for row in rows(world.database, schema.participants)]
     assert left == [1, 3]
@@ -269,12 +267,12 @@ def test_somebody_who_has_lost_their_code_can_be_deleted(study_folder, monkeypat
         (["--identity", "STUDY_ID=s"], "participants 1, 2 are meant; give the number of one"),
     ],
 )
-def test_who_is_meant_must_be_clear(study_folder, monkeypatch, capsys, how, message):
+def test_who_is_meant_must_be_clear(study_folder, refused, how, message):
     with opened(study_folder) as world:
         for name in "ab":
             world.join(PROLIFIC_PID=name, STUDY_ID="s")
         before = row_counts(world.database)
-        assert message in run_command(monkeypatch, capsys, study_folder.path, *how)
+        assert message in refused(study_folder.path, *how)
         assert row_counts(world.database) == before
 
 
