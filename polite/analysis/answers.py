@@ -12,6 +12,7 @@ from polite.analysis.statistics import (
     Summary,
     chi_square,
     permutation_test,
+    variance,
     welch_difference,
     welch_test,
 )
@@ -77,5 +78,5 @@ def times_part(polite: Array, baseline: Array) -> dict[str, Any]:
 
 def summarise(values: Array) -> Summary:
     """Mean, sample standard deviation (0 for a single value) and size of a sample (N,)."""
-    sd = float(values.std(ddof=1)) if values.size > 1 else 0.0
+    sd = float(np.sqrt(variance(values))) if values.size > 1 else 0.0
     return Summary(float(values.mean()), sd, values.size)

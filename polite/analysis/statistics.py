@@ -14,6 +14,8 @@ from polite.types import ShapeError
 
 LEVEL = 0.95
 """Coverage of every interval."""
+ROUNDING = 1e-12
+"""Values that differ by no more than this, of the largest one, are equal."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +60,15 @@ class Summary:
 
 
 def mean_interval(values: Array) -> Estimate:
-    """Mean of n values with its t interval; unbounded for fewer than two values."""
+    """Mean of n values with its t interval.
+
+    Unbounded for fewer than two values, and where all are equal: that everybody gave the same says
+    nothing about how far others would lie off.
+    """
     values = np.asarray(values, dtype=float)
-    if values.size < 2:
+    if values.size < 2 or not (squared := variance(values)):
         return Estimate(float(values.mean()) if values.size else np.nan, -np.inf, np.inf)
-    error = values.std(ddof=1) / np.sqrt(values.size)
-    return _interval(float(values.mean()), float(error), values.size - 1)
+    return _interval(float(values.mean()), float(np.sqrt(squared / values.size)), values.size - 1)
 
 
 def paired_difference(first: Array, second: Array) -> Estimate:
@@ -104,8 +109,7 @@ def welch_contrast(samples: Sequence[Array], weights: Sequence[float]) -> Estima
     """A weighted sum of the means of independent samples, by Welch's t interval.
 
     The degrees of freedom are Satterthwaite's (1946). With an empty sample there is no mean; with
-    one of a single value the interval is unbounded, and so it is where no sample has any spread:
-    equal values, as rates that are all 0, say nothing about how far others would lie off.
+    one of a single value the interval is unbounded, and so it is where no sample has any spread.
     """
     arrays = [np.asarray(sample, dtype=float) for sample in samples]
     counts = np.array([array.size for array in arrays])
@@ -114,7 +118,7 @@ def welch_contrast(samples: Sequence[Array], weights: Sequence[float]) -> Estima
     mean = float(sum(w * array.mean() for w, array in zip(weights, arrays, strict=True)))
     if counts.min() < 2:
         return Estimate(mean, -np.inf, np.inf)
-    parts = np.array([w**2 * a.var(ddof=1) / a.size for w, a in zip(weights, arrays, strict=True)])
+    parts = np.array([w**2 * variance(a) / a.size for w, a in zip(weights, arrays, strict=True)])
     if parts.sum() == 0.0:
         return Estimate(mean, -np.inf, np.inf)
     return _interval(mean, float(np.sqrt(parts.sum())), _welch_degrees(parts, counts))
@@ -134,7 +138,7 @@ def ratio_of_means(first: Array, second: Array) -> Estimate:
     ratio = float(first.mean() / second.mean())
     if min(first.size, second.size) < 2:
         return Estimate(ratio, -np.inf, np.inf)
-    errors = np.array([first.var(ddof=1) / first.size, second.var(ddof=1) / second.size])
+    errors = np.array([variance(sample) / sample.size for sample in (first, second)])
     if errors.sum() == 0.0:
         return Estimate(ratio, -np.inf, np.inf)
     degrees = _welch_degrees(errors * [1.0, ratio**2], np.array([first.size, second.size]))
@@ -151,23 +155,38 @@ def ratio_of_means(first: Array, second: Array) -> Estimate:
 def welch_test(first: Summary, second: Summary) -> Test:
     """Welch's t test from two samples' means, standard deviations and sizes.
 
-    With fewer than two values in a sample there is none: statistic and p-value are NaN.
+    There is none, and statistic and p-value are NaN, with fewer than two values in a sample, or for
+    means that differ where neither sample has any spread.
     """
     if min(first.count, second.count) < 2:
         return Test(np.nan, np.nan)
     parts = np.array([s.sd**2 / s.count for s in (first, second)])
     gap = first.mean - second.mean
     if parts.sum() == 0.0:
-        return Test(0.0, 1.0) if gap == 0.0 else Test(float(np.copysign(np.inf, gap)), 0.0)
+        return Test(0.0, 1.0) if gap == 0.0 else Test(np.nan, np.nan)
     statistic = gap / float(np.sqrt(parts.sum()))
     degrees = _welch_degrees(parts, np.array([first.count, second.count]))
     return Test(statistic, float(2 * stats.t.sf(abs(statistic), degrees)))
 
 
+def variance(values: Array) -> float:
+    """Sample variance of two values or more; exactly 0 where they are equal but for rounding."""
+    values = np.asarray(values, dtype=float)
+    if np.ptp(values) <= ROUNDING * np.abs(values).max():
+        return 0.0
+    return float(values.var(ddof=1))
+
+
 def mean_band(values: Array) -> Band:
-    """Pointwise mean and t interval over seeds: (S, E) -> three curves (E,)."""
-    estimates = [mean_interval(column) for column in np.asarray(values, dtype=float).T]
-    return Band(*(np.array([getattr(e, n) for e in estimates]) for n in ("mean", "low", "high")))
+    """Pointwise mean and t interval over seeds: (S, E) -> three curves (E,).
+
+    Unbounded for a single seed. Where all seeds agree it has no width, as at a curve's beginning.
+    """
+    values = np.asarray(values, dtype=float)
+    estimates = [mean_interval(column) for column in values.T]
+    mean, low, high = np.reshape([(e.mean, e.low, e.high) for e in estimates], (-1, 3)).T
+    agreed = np.isinf(low) & (len(values) > 1)
+    return Band(mean, np.where(agreed, mean, low), np.where(agreed, mean, high))
 
 
 def share_interval(count: int, total: int) -> Estimate:

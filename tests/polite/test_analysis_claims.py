@@ -64,7 +64,7 @@ def test_a_claim_needs_all_its_parts() -> None:
 def _offsets(height: float) -> dict[str, Any]:
     offset = np.linspace(-4, 4, 33)
     curve = height * (np.abs(offset) <= 1.0)
-    return {"polite": {"offset": offset.tolist(), "per_seed": (curve + SEEDS).tolist()}}
+    return {"polite": {"offset": offset.tolist(), "per_seed": (curve * (1 + SEEDS)).tolist()}}
 
 
 @pytest.mark.parametrize(
@@ -90,11 +90,11 @@ def test_a_ramp_is_no_peak() -> None:
 def _maps(polite: float, baseline: float) -> dict[str, Any]:
     wave = np.sin(np.linspace(0, 6, 30))
 
-    def part(height: float) -> dict[str, Any]:
-        rows = (wave * height * (1 + SEEDS)).tolist()
+    def part(height: float, seeds: Any) -> dict[str, Any]:
+        rows = (wave * height * (1 + seeds)).tolist()
         return {"per_seed": rows, "standardised": {"per_seed": rows}}
 
-    return {"reward_map": {"polite": part(polite), "baseline": part(baseline)}}
+    return {"reward_map": {"polite": part(polite, SEEDS), "baseline": part(baseline, -SEEDS)}}
 
 
 @pytest.mark.parametrize(("baseline", "expected"), [(0.2, "reproduced"), (0.9, "not reproduced")])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from polite.analysis.answers import chi_square_part, times_part
+from polite.analysis.answers import chi_square_part, summarise, times_part
 from polite.analysis.numbers import as_array, as_json, mean_of
 from polite.analysis.published import PUBLISHED
 from polite.analysis.statistics import (
@@ -84,6 +84,22 @@ def test_samples_without_spread_bound_nothing() -> None:
     assert ratio_of_means(four, three).low == -np.inf
     assert np.isfinite(welch_difference(four, np.array([3.0, 3.1])).low)
     assert welch_test(Summary(3, 0, 5), Summary(3, 0, 5)).p_value == 1.0
+    assert np.isnan(welch_test(Summary(4, 0, 5), Summary(3, 0, 5)).p_value)
+    assert mean_interval(four).as_json() == {"mean": 4.0, "low": None, "high": None}
+    assert paired_difference(four, three).low == -np.inf
+
+
+@given(st.integers(1, 99), st.integers(1, 99), st.integers(2, 30))
+def test_nor_do_equal_shares_whose_variance_rounds(one: int, other: int, count: int) -> None:
+    """The variance of three values of .1 is 2e-34, and a verdict followed from it."""
+    first, second = np.full(count, one / 100), np.full(count, other / 100)
+    for estimate in (
+        welch_difference(first, second),
+        ratio_of_means(first, second),
+        mean_interval(first),
+    ):
+        assert (estimate.low, estimate.high) == (-np.inf, np.inf)
+    assert summarise(first).sd == 0.0
 
 
 def test_too_few_values_test_nothing() -> None:
