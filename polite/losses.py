@@ -74,7 +74,8 @@ def highlight_return(rewards: Tensor, anchors: Tensor, *, length: int, decay: fl
 
     Args:
         rewards: r̂ along the highlighted segments, (B, m).
-        anchors: step j at which each highlight ends, −1 for none, (B,) int.
+        anchors: step j at which each highlight ends, −1 for none, (B,) int. That j < m is not
+            checked here, where several networks are trained at once: `PreferenceData` does.
         length: L, how many steps a highlight reaches back, so at most L + 1 terms.
         decay: λ, the weight lost with each step back.
 

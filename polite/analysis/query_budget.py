@@ -32,9 +32,13 @@ class QueriesToReach:
     """Its upper end; infinite where more than 2.5% of the samples do not reach the target."""
 
     def as_json(self) -> dict[str, Any]:
-        """Plain values; an infinite bound is null. Queries have one decimal."""
+        """Plain values; an infinite bound is null. Queries have one decimal.
+
+        `interval` tells one that lies at infinity from none, whose bounds are null as well.
+        """
         queries = {name: as_json(round(getattr(self, name), 1)) for name in QUERIES}
-        return {"target": as_json(self.target), "reached": self.reached} | queries
+        there = {"interval": not np.isnan(self.low)}
+        return {"target": as_json(self.target), "reached": self.reached} | queries | there
 
 
 def queries_to_reach(

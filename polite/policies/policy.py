@@ -201,7 +201,7 @@ def load_policy(path: Path | str) -> Policy:
     """Read a policy that `save_policy` wrote. Nothing in the file can run code.
 
     Raises:
-        PoliteError: Naming the file, if it is missing, damaged, or not a policy.
+        PoliteError: Naming the file, if it is missing, damaged, not a policy, or has NaN.
     """
     if not Path(path).is_file():
         raise PoliteError(f"{path}: no such policy")
@@ -226,9 +226,15 @@ def pack_policy(policy: Policy) -> dict[str, Any]:
 
 
 def unpack_policy(content: dict[str, Any]) -> Policy:
-    """What `pack_policy` was given."""
+    """What `pack_policy` was given.
+
+    Raises:
+        ValueError: A number is NaN or infinite.
+    """
     kind = _KINDS[content.get("kind", "gaussian")]  # the first files did not say
     arrays = {name: content[name].numpy() for name in kind.arrays}
     weights = tuple(weight.numpy() for weight in content["weights"])
+    if not all(np.isfinite(values).all() for values in (*weights, *arrays.values())):
+        raise ValueError("NaN or infinity among its numbers")
     policy: Policy = kind(weights=weights, activation=content["activation"], **arrays)
     return policy

@@ -148,8 +148,8 @@ def form_words(form: str | None) -> str:
 def reached_words(row: Mapping[str, Any]) -> str:
     """Queries to reach a return with their interval; > the largest budget, ≤ the smallest."""
     sign = {"at": "", "at or before": "≤" + NBSP, "not reached": ">" + NBSP}[row["reached"]]
-    if row["low"] is None:
+    if not row.get("interval", row["low"] is not None):  # older results do not tell
         return f"{sign}{row['queries']:.0f}"
-    low = f"[{row['low']:.0f}" if row["low"] else "(0"
+    low = "[∞" if row["low"] is None else f"[{row['low']:.0f}" if row["low"] else "(0"
     high = "∞)" if row["high"] is None else f"{row['high']:.0f}]"
     return f"{sign}{row['queries']:.0f} {low},{NBSP}{high}"

@@ -121,6 +121,29 @@ def test_a_failing_run_and_a_dead_process_stop_no_other(
     assert "2 of 4 runs done, 0 running, 0 left, 2 failed" in told
 
 
+@pytest.mark.parametrize("times", [1, 99])
+def test_a_record_that_cannot_be_written_stops_no_other_run_and_is_tried_again(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
+    refused: list[Path] = []
+
+    def full_disk(path: Path, content: object) -> None:
+        if path.parent.name == "runs" and path in (refused or [path]) and len(refused) < times:
+            refused.append(path)
+            raise PoliteError(f"{path}: cannot be written (No space left on device)")
+        write_json(path, content)
+
+    monkeypatch.setattr(execution, "write_json", full_disk)
+    runs = [RUNS[0], RUNS[3], replace(FIRST_RUN, seed=4)]
+    failures = run_grid(folder, runs, Here())
+    written = {run for run in runs if read_record(folder, run) is not None}
+    if times == 1:
+        assert not failures and written == set(runs)
+    else:
+        (failed,) = set(runs) - written
+        assert failures.keys() == {failed} and "No space left" in failures[failed]
+
+
 def test_only_what_has_no_sound_record_is_run_again(folder: Path) -> None:
     run_grid(folder, RUNS, Here())
     record_path(folder, RUNS[3]).write_text("{")
@@ -391,6 +414,11 @@ def test_tensorboard_is_told_each_point_once(folder: Path) -> None:
     }
     assert scalars(folder, done) == whole | {"return of the finished policy": [(32, 8.0)]}
     assert scalars(folder, running) == {tag: points[:2] for tag, points in whole.items()}
+    live_path(folder, running).unlink()  # it ends while nobody tells TensorBoard
+    write_json(record_path(folder, running), record_of(running) | rest)
+    with TensorBoard(folder, [done, running]):
+        pass
+    assert scalars(folder, running) == scalars(folder, done)
 
 
 def test_a_folder_takes_further_parts_of_the_same_preset_only(

@@ -295,6 +295,14 @@ def test_a_damaged_policy_is_a_one_line_error_that_names_the_file(tmp_path, dama
     assert "\n" not in str(caught.value)
 
 
+def test_a_policy_with_nan_is_refused_when_it_is_read(tmp_path) -> None:
+    policy = make_policy()
+    policy.weights[0][0, 0] = np.nan
+    save_policy(tmp_path / "policy.pt", policy)
+    with pytest.raises(PoliteError, match=r"policy\.pt: .*NaN or infinity among its numbers"):
+        load_policy(tmp_path / "policy.pt")
+
+
 # --- PPO -----------------------------------------------------------------------------------------
 
 

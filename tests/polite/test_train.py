@@ -14,22 +14,23 @@ import polite
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import load_feedback
 from polite.experiments.trained import read_trained
-from polite.experiments.training import held_out
 from polite.experiments.training import train as module
 from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.own_teacher import as_function, checked, name_of
 from polite.experiments.training.settings import pebble_settings
 from polite.experiments.training.train import run_train, train
 from polite.methods.config import METHODS
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PebbleConfig
+from polite.methods.preference_learning import Learned
 from polite.methods.presets import PRESETS, EnvPreset
 from polite.policies.policy import load_policy
 from polite.policies.ppo import PpoConfig
-from polite.policies.vec_env import GymnasiumVecEnv
+from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
-from polite.rewards.network import RewardNetConfig, predict
+from polite.rewards.network import RewardNetConfig, predict, raise_by
 from polite.teachers.oracle import Oracle
 from polite.types import Answer, Highlight, PoliteError, Query
 
@@ -50,7 +51,7 @@ def small_presets(monkeypatch) -> None:
         sac = replace(pebble.sac, hidden=(8,), batch_size=16)
         return replace(pebble, net=RewardNetConfig((8,), (0.0,)), sac=sac)
 
-    monkeypatch.setattr(held_out, "SEGMENTS", 20)
+    monkeypatch.setattr(module, "held_out_quality", partial(held_out_quality, segments=20))
     monkeypatch.setattr(module, "preset_of", tiny_preset_of)
     monkeypatch.setattr(module, "pebble_settings", tiny_pebble)
 
@@ -134,6 +135,23 @@ def test_a_given_reward_model_can_pay_more_for_every_step(tmp_path, normalised) 
     path = train(out=tmp_path / "b", reward=reward, reward_offset=1.5, **GIVEN)
     more = paid(path.parent / "models" / "reward.pt") - paid(reward)
     np.testing.assert_allclose(more, 1.5, rtol=1e-5)
+
+
+def test_saturation_is_of_what_is_trained_and_not_of_what_is_paid(tmp_path) -> None:
+    reward = load_reward_model(finished(tmp_path))
+    policy = load_policy(tmp_path / "run" / "models" / "policy.pt")
+    learned = Learned(policy, reward, None, [], [], 0, 0)
+
+    def late():
+        return held_out_quality(partial(make_vec_env, "Point-v0"), learned, 0)["late"]
+
+    before = late()
+    raise_by(reward, 1.5)
+    after = late()
+    assert after["saturation"] == before["saturation"] < 1.0
+    assert after["pair_accuracy"] == before["pair_accuracy"]
+    reward.config = replace(reward.config, output="linear")
+    assert late()["saturation"] is None
 
 
 def test_a_given_training_goes_on_with_the_same_model_wherever_it_lies(tmp_path) -> None:

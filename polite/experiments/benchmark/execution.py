@@ -127,7 +127,7 @@ def run_grid(
         console.print(f"{others} finished runs were made with other settings and are repeated")
     _clear(folder, left)
     futures = {engine.submit(carry_out, run, folder.absolute()): run for run in left}
-    failures = {}
+    waiting, failures = dict[Run, Outcome](), dict[Run, str]()
 
     def look() -> GridStatus:
         now = grid_status(folder, runs)
@@ -137,16 +137,32 @@ def run_grid(
 
     with Board(look, console) as board:
         for future in _finished(futures, board.update):
-            run = futures[future]
-            outcome = _outcome(future, engine)
-            _keep(folder, run, outcome)
-            if outcome.record is None:
-                failures[run] = str(outcome.failure)
-                told = f"failed: {run.name}: {outcome.failure}"
-                console.print(told, markup=False)
-            elif log is not None:
-                log.finish(run, outcome.record)
+            waiting[futures[future]] = _outcome(future, engine)
+            for run, outcome, failure in _kept(folder, waiting):
+                if failure is not None:
+                    failures[run] = failure
+                    console.print(f"failed: {run.name}: {failure}", markup=False)
+                    continue
+                failures.pop(run, None)
+                if log is not None and outcome.record is not None:
+                    log.finish(run, outcome.record)
     return failures
+
+
+def _kept(folder: Path, waiting: dict[Run, Outcome]) -> Iterator[tuple[Run, Outcome, str | None]]:
+    """Write down what came back, and say of each whether it failed.
+
+    What cannot be written, as on a full disk, goes on waiting, and is tried again with the next
+    one: the other runs go on, and hours are not lost for a moment.
+    """
+    for run, outcome in list(waiting.items()):
+        try:
+            _keep(folder, run, outcome)
+        except PoliteError as error:
+            yield run, outcome, str(error)
+        else:
+            del waiting[run]
+            yield run, outcome, outcome.failure if outcome.record is None else None
 
 
 def _clear(folder: Path, left: Sequence[Run]) -> None:

@@ -15,13 +15,15 @@ from polite.experiments.benchmark.status import GridStatus
 
 SHOWN = {"return": "true return", "length": "episode length"}
 """Columns of a curve and what they are called."""
+WHOLE = "whole"
+"""A file beside a curve that has been written to its end, and not followed in part only."""
 
 
 class TensorBoard(AbstractContextManager["TensorBoard"]):
     """Writes what is new in the curves of running and finished runs."""
 
     def __init__(self, folder: Path, runs: Sequence[Run]) -> None:
-        """Write the curves of finished runs that have none yet, and begin the others anew.
+        """Write the curves of finished runs that are not there in whole, and begin the others anew.
 
         Args:
             folder: the grid's.
@@ -32,9 +34,10 @@ class TensorBoard(AbstractContextManager["TensorBoard"]):
         self._points: dict[Run, int] = {}
         for run in runs:
             record = read_record(folder, run)
-            if record is None:
-                shutil.rmtree(self._folder / run.name, ignore_errors=True)
-            elif not (self._folder / run.name).exists():
+            if record is not None and (self._folder / run.name / WHOLE).exists():
+                continue
+            shutil.rmtree(self._folder / run.name, ignore_errors=True)
+            if record is not None:
                 self.finish(run, record)
 
     def __exit__(self, *_: object) -> None:
@@ -54,6 +57,7 @@ class TensorBoard(AbstractContextManager["TensorBoard"]):
             "return of the finished policy", record["evaluation"]["return"], record["policy_steps"]
         )
         self._writers.pop(run).close()
+        (self._folder / run.name / WHOLE).touch()
 
     def _write(self, run: Run, curve: dict[str, list[float]], count: int) -> SummaryWriter:
         """Write the points up to this one that are not written yet."""

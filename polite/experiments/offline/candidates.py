@@ -31,7 +31,7 @@ class Candidate:
     """Weight of both signs; None for the paper's α of the env."""
     unusual: bool = True
     """Whether the oracle marks what is unusual among the segments (`QuantileOracle`), or what is
-    past the release's thresholds."""
+    past fixed thresholds: the release's, or on the corridor ours."""
     windows: int = 1
     """Most highlights of each sign that an answer carries."""
     members: int = 1
@@ -66,16 +66,16 @@ LINEAR = replace(FAST, output="linear")
 BASELINE: Final = "preferences"
 CANDIDATES: Final[Mapping[str, Candidate]] = {
     BASELINE: Candidate("preferences alone", None),
-    "paper": Candidate("Eqs. 4 and 5, the paper's α, released thresholds", "paper", None, False),
+    "paper": Candidate("Eqs. 4 and 5, the paper's α, fixed thresholds", "paper", None, False),
     "paper-unusual": Candidate("Eqs. 4 and 5, the paper's α, unusual moments", "paper", None),
-    "paper-alpha-1": Candidate("Eqs. 4 and 5 with α = 1, released thresholds", "paper", 1.0, False),
+    "paper-alpha-1": Candidate("Eqs. 4 and 5 with α = 1, fixed thresholds", "paper", 1.0, False),
     "paper-summed": Candidate("Eqs. 4 and 5 summed: α scaled by the data", "paper-summed"),
     "target": Candidate("soft target for the window's mean r̂", "target"),
     "margin": Candidate("margin of the window over its segment", "margin"),
     "segment": Candidate("comparison with the mean of its segment", "segment"),
     "rival": Candidate("comparison with windows of other segments", "rival"),
     "choice": Candidate("choice among the segment's windows, unusual moments", "choice"),
-    "choice-released": Candidate("the same, released thresholds", "choice", unusual=False),
+    "choice-released": Candidate("the same, fixed thresholds", "choice", unusual=False),
     "choice-rival": Candidate("choice, and comparison with other segments", "choice-rival"),
     "choice-two": Candidate("choice, up to two highlights a sign", "choice", windows=2),
     "choice-linear": Candidate("choice, linear output", "choice", net=LINEAR),

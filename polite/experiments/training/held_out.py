@@ -7,11 +7,13 @@ from math import ceil
 from typing import Any
 
 import numpy as np
+import torch
 
-from polite.analysis.quality import reward_quality
+from polite.analysis.quality import reward_quality, saturation
 from polite.methods.preference_learning import Learned, MakeEnv
 from polite.policies.policy import Policy
-from polite.rewards.network import RewardModel, predict
+from polite.rewards.ensemble import RewardEnsemble
+from polite.rewards.network import RewardNet, predict
 from polite.rollouts import collect
 from polite.samplers import uniform_pairs
 from polite.segments import cut_segments
@@ -50,12 +52,26 @@ def held_out_quality(
 
 
 def _quality(
-    make_env: MakeEnv, policy: Policy, model: RewardModel, seed: list[int], segments: int
+    make_env: MakeEnv,
+    policy: Policy,
+    model: RewardNet | RewardEnsemble,
+    seed: list[int],
+    segments: int,
 ) -> dict[str, float | None]:
     rng = np.random.default_rng(seed)
     pool = _fresh_segments(make_env, policy, rng, segments)
     pairs = np.array([(q.first, q.second) for q in uniform_pairs(PAIRS, rng, pool)])
-    return reward_quality(predict(model, pool.observations, pool.actions), pool, pairs)
+    paid = predict(model, pool.observations, pool.actions)
+    return reward_quality(paid, pool, pairs) | {"saturation": _saturation(model, pool)}
+
+
+def _saturation(model: RewardNet | RewardEnsemble, pool: SegmentPool) -> float | None:
+    """Of what is trained, which need not be what is paid; None where it has no bounds."""
+    if model.config.output == "linear":
+        return None
+    inputs = np.concatenate([pool.observations, pool.actions], axis=-1)[pool.mask]
+    with torch.no_grad():
+        return saturation(model.score(torch.from_numpy(inputs)).mean(dim=0).numpy())
 
 
 def _fresh_segments(
