@@ -51,12 +51,12 @@ def test_sensitivity_is_paired_by_seed() -> None:
     row = sensitivity_row(
         "slips",
         "double",
-        {"polite": [0.8, 0.9], "baseline": [0.7, 0.8]},
+        {"polite": [0.8, 0.9], "baseline": [0.7, 0.78]},
         {"polite": [0.5, float("nan")], "baseline": [0.4, 0.4]},
         [0.5, 0.7],
     )
     assert row["spread_ratio"] == [0.5, 0.7]
-    assert row["difference"] == pytest.approx(0.1)
-    assert row["low"] == pytest.approx(0.1)
+    assert row["difference"] == pytest.approx(0.11)
+    assert row["low"] == pytest.approx(0.11 - 12.7062 * 0.01, rel=1e-4)  # t(.975, 1), error .01
     assert row["correlation"]["polite"] == [0.5, None]
     assert row["correlation_difference"]["mean"] is None
