@@ -169,7 +169,7 @@ def _cell(
 
 _SMOKE: Final[Mapping[str, Any]] = {
     "preset": "smoke",
-    "steps": 8_192,
+    "steps": 6_144,
     "envs": ("Walker2d-v5",),
 }
 _FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}

@@ -49,7 +49,7 @@ VARIANTS: Final[Mapping[str, Variant]] = {
     "few-epochs": Variant(schedule=Schedule().with_epochs(EPOCHS["few"])),
 }
 """By the names that runs have for them."""
-SMOKE: Final[Mapping[str, Any]] = {"first_epochs": 50, "later_epochs": 20}
+SMOKE: Final[Mapping[str, Any]] = {"sessions": 4, "first_epochs": 50, "later_epochs": 20}
 SMOKE_PEBBLE: Final[Mapping[str, Any]] = {
     "net": FAST,
     "sac": SacConfig(hidden=(32, 32), batch_size=64),
