@@ -256,11 +256,9 @@ def test_queries_to_reach_interpolates_over_log2() -> None:
     assert (never.reached, never.queries, never.high) == ("not reached", 400, np.inf)
     assert queries_to_reach({}, 1.0, rng()).reached == "not reached"
     assert never.as_json()["high"] is None
-    assert (
-        reached_words(never.as_json()) == ">\u00a0400 [∞,\u00a0∞)"
-    )  # not as a single run, which has none
+    assert reached_words(never.as_json()) == ">\u00a0400 [∞,\u00a0∞)"
     single = queries_to_reach({400: np.array([10.0])}, 11.0, rng())
-    assert reached_words(single.as_json()) == ">\u00a0400"
+    assert reached_words(single.as_json()) == ">\u00a0400"  # a single run has no interval
     assert first.as_json()["queries"] == 100.0  # not 100.00000000000004
 
 

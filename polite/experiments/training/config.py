@@ -165,10 +165,10 @@ class TrainConfig:
     authors' release has in its place."""
     highlights: str | None = None
     """What a highlight says: choice (the preset fast's), paper (the preset paper's), paper-summed,
-    target, margin, segment, rival or choice-rival. Under paper the teacher marks what passes
-    fixed thresholds (the release's on HalfCheetah and Walker2d, elsewhere the env's own) and α is
-    the paper's; under every other form it marks what is unusual among
-    the clips (above the 80% quantile, below the 20%) and α is 1."""
+    target, margin, segment, rival or choice-rival. Under paper the teacher marks what passes fixed
+    thresholds (the release's on HalfCheetah and Walker2d, elsewhere the env's own) and α is the
+    paper's; under every other form it marks what is unusual among the clips (above the 80%
+    quantile, below the 20%) and α is 1."""
     highlight_length: int | None = None
     """L, steps that a highlight reaches back; the env's own if not given."""
     highlight_decay: float | None = None
