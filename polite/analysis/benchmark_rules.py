@@ -13,7 +13,8 @@ from polite.analysis.verdicts import Kind, Part, above
 NEAR = 0.9
 """Share of another mean from which on a return is "near" it, or no worse (our threshold)."""
 POLITE_200 = Wanted("polite", 200)
-BASELINE_800 = Wanted("preferences", 800)
+BASELINE_400, BASELINE_800 = Wanted("preferences", 400), Wanted("preferences", 800)
+HIGHLIGHTS_400 = Wanted("highlights", 400)
 ABOVE_0: Final = "Welch's 95% t interval over runs lies above 0."
 
 

@@ -8,7 +8,9 @@ from typing import Final
 from polite.analysis.benchmark_records import EQUAL_UPDATES, FEW_EPOCHS, SHUFFLED, label
 from polite.analysis.benchmark_rules import (
     ABOVE_0,
+    BASELINE_400,
     BASELINE_800,
+    HIGHLIGHTS_400,
     NEAR,
     POLITE_200,
     Rule,
@@ -120,6 +122,18 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "of baseline-262 had been read.)",
         (POLITE_100, BASELINE_262),
         _no_worse(BASELINE_262, POLITE_100),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "highlights-for-preferences",
+        "With our form of the highlights the preferences can be left out: highlights alone are no "
+        "worse than preferences alone (400 queries)",
+        NOT_IN_PAPER,
+        f"{_no_worse_than('baseline-400')} (Written before the runs of highlights alone in our "
+        "form; those of baseline-400 had been read.)",
+        (HIGHLIGHTS_400, BASELINE_400),
+        _no_worse(BASELINE_400, HIGHLIGHTS_400),
         kind="comparison",
         own=True,
     ),

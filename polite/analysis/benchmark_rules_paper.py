@@ -6,7 +6,9 @@ from typing import Final
 
 from polite.analysis.benchmark_rules import (
     ABOVE_0,
+    BASELINE_400,
     BASELINE_800,
+    HIGHLIGHTS_400,
     NEAR,
     POLITE_200,
     Rule,
@@ -21,9 +23,8 @@ AT_EQUAL_STEPS: Final = (
     "at equal policy steps (a longer training is read off its curve where the shorter one ends; "
     "PPO's learning rate is then in the middle of its fall)"
 )
-POLITE_400, BASELINE_400 = Wanted("polite", 400), Wanted("preferences", 400)
-PEBBLE_400 = Wanted("pebble", 400)
-UNTRAINED, HIGHLIGHTS_400 = Wanted("untrained", 0), Wanted("highlights", 400)
+POLITE_400, PEBBLE_400 = Wanted("polite", 400), Wanted("pebble", 400)
+UNTRAINED = Wanted("untrained", 0)
 
 
 def _double(view: View) -> tuple[Part, ...]:

@@ -180,6 +180,22 @@ def test_half_the_effort_is_compared_in_our_form_only(hundred: float, expected: 
     assert "half-effort" not in {claim["id"] for claim in others}
 
 
+@pytest.mark.parametrize(
+    ("alone", "expected"),
+    [(720.0, "reproduced"), (690.0, "undecided"), (600.0, "not reproduced")],
+)
+def test_highlights_alone_against_preferences_alone(alone: float, expected: str) -> None:
+    levels = {("highlights", 400): alone, ("preferences", 400): 700.0}
+    claim = verdict(cells(levels, form="choice"), "highlights-for-preferences")
+    assert claim["verdict"] == expected
+    assert [part["what"] for part in claim["parts"]] == [
+        "highlights-400 minus baseline-400",
+        "highlights-400 / baseline-400",
+    ]
+    others = judge_benchmark(cells(levels, form="paper"))
+    assert "highlights-for-preferences" not in {claim["id"] for claim in others}
+
+
 def test_our_bar_is_about_our_form_under_the_pairwise_loss_alone() -> None:
     levels = {P200: 800.0, B262: 700.0, B800: 790.0}
     ours: dict[str, Any] = {"form": "choice"}
