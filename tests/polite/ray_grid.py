@@ -6,7 +6,6 @@ Prints, as JSON, the name of the run that was on the node which was killed.
 
 from __future__ import annotations
 
-import faulthandler
 import json
 import os
 import sys
@@ -19,8 +18,6 @@ from polite.experiments.benchmark.grid import Run
 
 POINT = "registered_envs:Point-v0"
 LONG = 8192
-HANGS = 240.0
-"""Seconds after which every thread tells where it is, and the program ends."""
 RUNS = [
     Run(POINT, "ground-truth", 0, None, None, "smoke", LONG, seed=0),
     Run(POINT, "untrained", 0, None, None, "smoke", LONG, seed=0),
@@ -56,7 +53,6 @@ def kill_when_both_work(folder: Path, cluster: Any, node: Any, killed: list[str]
 
 
 def main() -> None:
-    faulthandler.dump_traceback_later(HANGS, exit=True)
     from ray.cluster_utils import Cluster
 
     from polite.experiments.benchmark.ray_engine import RayEngine
