@@ -5,18 +5,22 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, ExitStack, suppress
 from functools import partial
-from typing import ParamSpec, Protocol, Self, TypeVar
+from multiprocessing.context import BaseContext
+from typing import Final, ParamSpec, Protocol, Self, TypeVar
 
 from polite.experiments.workers import prepare_worker, single_threaded
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
+NEEDED: Final = ("polite.experiments.benchmark.run", "torch._dynamo")
+"""What every run imports, for seconds; the second as soon as an optimizer is made."""
 TRIES = 2
 """A run whose process dies is begun again once: it may have been another program's fault."""
 
@@ -56,7 +60,7 @@ class LocalEngine(AbstractContextManager["LocalEngine"]):
             jobs: calls at a time.
         """
         self._threads = ThreadPoolExecutor(jobs)
-        self._context = multiprocessing.get_context("spawn")
+        self._context = _ready_to_fork()
         self._settings = ExitStack()
         self._processes: set[int] = set()
         self._stopping = False
@@ -100,6 +104,18 @@ class LocalEngine(AbstractContextManager["LocalEngine"]):
                 return pool.submit(work).result()
             finally:
                 self._processes.discard(process)
+
+
+def _ready_to_fork() -> BaseContext:
+    """Each process is forked from one of a single thread that has imported what a run needs.
+
+    On Linux; elsewhere it begins from nothing, since system libraries may not bear a fork.
+    """
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(NEEDED))
+    return context
 
 
 def _start_worker() -> None:
