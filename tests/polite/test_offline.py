@@ -11,7 +11,7 @@ from polite.analysis.offline import deciding_budget, rank, summarise_trials
 from polite.analysis.quality import calibration_error
 from polite.experiments.offline import bench as bench_module
 from polite.experiments.offline.bench import BENCHES, compare
-from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER
+from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER, Candidate
 from polite.experiments.offline.marks import around, hide_marked
 from polite.experiments.offline.pools import load_pools
 from polite.experiments.offline.trial import ask, run_trial, stack_answers
@@ -120,6 +120,16 @@ def test_candidates_of_a_seed_hear_the_same_preferences(folder) -> None:
         answers = ask(CANDIDATES[name], used, pool, asked, *rngs)
         heard.append([answer.preference for answer in answers[0]])
     assert all(preferences == heard[0] for preferences in heard)
+
+
+def test_alone_means_that_nothing_is_learned_from_preferences(folder) -> None:
+    pools, preset = load_pools(folder, ENV), preset_of(ENV)
+    neither = Candidate("neither preferences nor highlights", None, alone=True)
+    for candidate, learns in ((neither, False), (replace(neither, alone=False), True)):
+        few, many = (
+            run_trial(replace(candidate, epochs=epochs), preset, pools, 8, 3) for epochs in (1, 20)
+        )
+        assert (few != many) == learns
 
 
 def test_a_second_mark_counts_without_a_second_preference(folder) -> None:
@@ -264,6 +274,13 @@ def test_few_epochs_are_an_eighth_and_out_of_the_ranking(name: str) -> None:
     assert few.training(preset) == replace(plain.training(preset), epochs=12)
     assert not few.ranked and "12 epochs" in few.says
     assert replace(few, epochs=100, says=plain.says) == plain
+
+
+@pytest.mark.parametrize("name", [name for name in CANDIDATES if "alone" in name])
+def test_alone_is_the_form_itself_without_preferences(name: str) -> None:
+    alone, both = CANDIDATES[name], CANDIDATES[name.replace("-alone", "")]
+    assert alone == replace(both, alone=True, says=alone.says)
+    assert "without preferences" in alone.says
 
 
 def test_the_papers_candidate_has_the_papers_weights() -> None:

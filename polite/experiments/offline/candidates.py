@@ -44,6 +44,8 @@ class Candidate:
     """Whether the highlights are dealt out anew among the answers: a null model."""
     epochs: int = EPOCHS
     """Passes over the answers."""
+    alone: bool = False
+    """Whether the highlights are all that is learned from: the preferences are left out."""
 
     @property
     def ranked(self) -> bool:
@@ -78,16 +80,31 @@ CANDIDATES: Final[Mapping[str, Candidate]] = {
     "choice-released": Candidate("the same, fixed thresholds", "choice", unusual=False),
     "choice-rival": Candidate("choice, and comparison with other segments", "choice-rival"),
     "choice-two": Candidate("choice, up to two highlights a sign", "choice", windows=2),
+    "choice-alpha-8": Candidate("choice, highlights eight times as heavy", "choice", 8.0),
+    "paper-alone": Candidate("the paper's, without preferences", "paper", None, False, alone=True),
+    "choice-alone": Candidate("choice, without preferences", "choice", alone=True),
     "choice-linear": Candidate("choice, linear output", "choice", net=LINEAR),
     "preferences-linear": Candidate("preferences alone, linear output", None, net=LINEAR),
     "choice-ensemble": Candidate("choice, mean of three networks", "choice", members=3),
     "preferences-ensemble": Candidate("preferences alone, mean of three networks", None, members=3),
     "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=NOISE),
     "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=NOISE),
+    "choice-alone-noisy": Candidate(
+        "choice, without preferences, noisy highlights", "choice", noise=NOISE, alone=True
+    ),
     "choice-shuffled": Candidate("choice, highlights that say nothing", "choice", shuffled=True),
+    "choice-alone-shuffled": Candidate(
+        "choice, without preferences, highlights that say nothing",
+        "choice",
+        shuffled=True,
+        alone=True,
+    ),
     "preferences-few-epochs": Candidate(f"preferences alone, {FEW} epochs", None, epochs=FEW),
     "paper-few-epochs": Candidate(f"the paper's, {FEW} epochs", "paper", None, False, epochs=FEW),
     "choice-few-epochs": Candidate(f"choice, {FEW} epochs", "choice", epochs=FEW),
+    "choice-alone-few-epochs": Candidate(
+        f"choice, without preferences, {FEW} epochs", "choice", epochs=FEW, alone=True
+    ),
     "choice-few-epochs-shuffled": Candidate(
         f"choice, highlights that say nothing, {FEW} epochs",
         "choice",
@@ -96,5 +113,12 @@ CANDIDATES: Final[Mapping[str, Candidate]] = {
     ),
 }
 """By name; the first is what the others are compared with."""
-LADDER: Final = (BASELINE, "paper", "choice", "preferences-few-epochs", "choice-few-epochs")
+LADDER: Final = (
+    BASELINE,
+    "paper",
+    "choice",
+    "choice-alone",
+    "preferences-few-epochs",
+    "choice-few-epochs",
+)
 """The candidates that are compared at every budget."""

@@ -62,6 +62,8 @@ def run_trial(
     model = make_model(sizes, candidate.net, candidate.members, generator)
     model.standardise(pool)
     data = stack_answers(pool, asked, answers)
+    if candidate.alone:
+        data = data.without_preferences()
     train_model(model, data, candidate.training(preset), generator)
     measures: Measures = {name: judge_model(model, pools[name]) for name in JUDGED}
     return measures | {"answers": _shares(answers[0], used=candidate.form is not None)}
