@@ -35,11 +35,12 @@ UNASKED: Final = frozenset({"untrained", "ground-truth"})
 ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
 """Methods that learn from no preference: the preference loss does not touch them, so that runs
 under one loss serve comparisons under any."""
-SHUFFLED, EQUAL_UPDATES, FEW_EPOCHS = "shuffled", "equal-updates", "few-epochs"
-TRAININGS: Final = (SHUFFLED, EQUAL_UPDATES, FEW_EPOCHS)
-"""Variants of the training: highlights that say nothing; as many updates of the reward model
-whatever the budget; an eighth of its released epochs. Their env is the plain one, and so are its
-floor and its ceiling."""
+SHUFFLED, NOISY = "shuffled", "noisy"
+EQUAL_UPDATES, FEW_EPOCHS = "equal-updates", "few-epochs"
+TRAININGS: Final = (SHUFFLED, NOISY, EQUAL_UPDATES, FEW_EPOCHS)
+"""Variants of the training: highlights that say nothing; some that are wrong; as many updates of
+the reward model whatever the budget; an eighth of its released epochs. Their env is the plain one,
+and so are its floor and its ceiling."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 

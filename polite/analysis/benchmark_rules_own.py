@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from polite.analysis.benchmark_records import EQUAL_UPDATES, FEW_EPOCHS, SHUFFLED, label
+from polite.analysis.benchmark_records import (
+    EQUAL_UPDATES,
+    FEW_EPOCHS,
+    NOISY,
+    SHUFFLED,
+    label,
+)
 from polite.analysis.benchmark_rules import (
     ABOVE_0,
     BASELINE_400,
@@ -23,12 +29,18 @@ EQUAL_EFFORT: Final = {200: 262, 400: 525}
 """Queries without highlights that take people as long as those with them: 31% more, rounded."""
 POLITE_100 = Wanted("polite", 100)
 BASELINE_262 = Wanted("preferences", 262)
+ALONE_200 = Wanted("highlights", 200)
+NOISY_200, NOISY_ALONE_200 = (w._replace(variant=NOISY) for w in (POLITE_200, ALONE_200))
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
 PLAIN: Final = (POLITE_200, BASELINE_800, BASELINE_262)
 WITH_FEW_EPOCHS: Final = tuple(which._replace(variant=FEW_EPOCHS) for which in PLAIN)
 NOT_IN_PAPER: Final = "not in the paper"
+AFTER_400: Final = (
+    "(Written before the runs of highlights alone with 200 queries; the first ones with 400, and "
+    "those of what they are compared with, had been read.)"
+)
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
@@ -134,6 +146,52 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "form; those of baseline-400 had been read.)",
         (HIGHLIGHTS_400, BASELINE_400),
         _no_worse(BASELINE_400, HIGHLIGHTS_400),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "alone-fewer-queries",
+        "The bar without preferences: with our form of the highlights, highlights alone with 200 "
+        "queries are no worse than baseline-800",
+        NOT_IN_PAPER,
+        f"{_no_worse_than('baseline-800')} {AFTER_400}",
+        (ALONE_200, BASELINE_800),
+        _no_worse(BASELINE_800, ALONE_200),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "alone-equal-effort",
+        "The bar without preferences: with our form of the highlights, highlights alone with 200 "
+        "queries beat the baseline at equal effort",
+        NOT_IN_PAPER,
+        f"Final true return, highlights-200 minus baseline-262: {ABOVE_0} {AFTER_400}",
+        (ALONE_200, BASELINE_262),
+        is_above("highlights-200 minus baseline-262", ALONE_200, BASELINE_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "alone-or-both",
+        "Preferences spoil what our form of the highlights teaches: highlights alone beat "
+        "POLITE, 200 queries each",
+        NOT_IN_PAPER,
+        f"Final true return, highlights-200 minus POLITE-200: {ABOVE_0} {AFTER_400}",
+        (ALONE_200, POLITE_200),
+        is_above("highlights-200 minus POLITE-200", ALONE_200, POLITE_200),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "alone-noisy",
+        "Careless highlights are enough: with our form, highlights alone with 200 queries, many of "
+        "them wrong, beat the baseline at equal effort",
+        NOT_IN_PAPER,
+        "Three in ten highlights are missed, as many misplaced, and in one answer of ten good and "
+        f"bad are mixed up. Final true return, {label(*NOISY_ALONE_200)}, minus baseline-262: "
+        f"{ABOVE_0} {AFTER_400}",
+        (NOISY_ALONE_200, BASELINE_262),
+        is_above(f"{label(*NOISY_ALONE_200)}, minus baseline-262", NOISY_ALONE_200, BASELINE_262),
         kind="comparison",
         own=True,
     ),

@@ -28,7 +28,10 @@ from polite.analysis.benchmark_records import (
 )
 from polite.analysis.benchmark_rules import POLITE_200
 from polite.analysis.benchmark_rules_own import (
+    ALONE_200,
     EQUAL_EFFORT,
+    NOISY_200,
+    NOISY_ALONE_200,
     PLAIN,
     SHUFFLED_200,
     UPDATED_262,
@@ -53,9 +56,12 @@ CONTROLS: Final = (
     (UPDATED_800, UPDATED_262),
     *zip(WITH_FEW_EPOCHS, PLAIN, strict=True),
     *combinations(WITH_FEW_EPOCHS, 2),
+    (ALONE_200, NOISY_ALONE_200),
+    (POLITE_200, NOISY_200),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them."""
+more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them; what
+careless highlights cost."""
 
 
 def summarise(

@@ -11,7 +11,7 @@ from polite.methods.preference_learning import MakeTeacher
 from polite.policies.ppo import PpoConfig
 from polite.rewards.network import FAST, PAPER, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
-from polite.teachers.noise import ShuffledHighlights
+from polite.teachers.noise import HighlightNoise, NoisyHighlights, ShuffledHighlights
 from polite.teachers.oracle import Oracle
 from polite.teachers.quantile import QUANTILES, QuantileOracle, moment_quantiles
 from polite.types import SegmentPool
@@ -46,6 +46,8 @@ class EnvPreset:
     marks_unusual: bool = False
     """Whether the oracle's highlight thresholds are quantiles of the segments around
     (`QuantileOracle`), instead of the oracle's own."""
+    noise: HighlightNoise = field(default_factory=HighlightNoise)
+    """How often the oracle's highlights go wrong."""
     shuffled: bool = False
     """Whether the highlights of each session are dealt out anew among its answers."""
 
@@ -75,6 +77,8 @@ class EnvPreset:
         def make(pool: SegmentPool) -> Teacher:
             oracle = self.oracle_for(pool)
             answers = (QuantileOracle(oracle) if self.marks_unusual else oracle).answer_queries
+            if self.noise != HighlightNoise():
+                answers = NoisyHighlights(answers, self.noise).answer_queries
             return ShuffledHighlights(answers).answer_queries if self.shuffled else answers
 
         return make

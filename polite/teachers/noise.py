@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
@@ -44,6 +45,12 @@ class HighlightNoise:
         )
         if not all(0 <= p <= 1 for p in probabilities) or self.shift < 1:
             raise InvalidValueError(f"expected probabilities in [0, 1] and shift ≥ 1, got {self}")
+
+
+CARELESS: Final = HighlightNoise(
+    miss_probability=0.3, wrong_sign_probability=0.1, shift_probability=0.3
+)
+"""What our comparisons call noisy; no measurement of people."""
 
 
 @dataclass(frozen=True)

@@ -94,7 +94,10 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
             runs += [synthetic_run("preferences", q, **place) for q in (262, 525)]
             runs += [synthetic_run("highlights", 400, form=f, **place) for f in ("paper", "choice")]
             runs += [synthetic_run("polite", q, form="choice", **place) for q in (100, 200, 400)]
+            runs.append(synthetic_run("highlights", 200, form="choice", **place))
             runs.append(synthetic_run("polite", 200, form="choice", variant="shuffled", **place))
+            noisy = {"form": "choice", "variant": "noisy", **place}
+            runs += [synthetic_run(method, 200, **noisy) for method in ("highlights", "polite")]
             equal = {"variant": "equal-updates", **place}
             runs += [synthetic_run("preferences", q, **equal) for q in (262, 800)]
             few = {"variant": "few-epochs", **place}

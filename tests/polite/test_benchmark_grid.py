@@ -51,6 +51,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"steps": 1000},
         {"variant": "no-termination"},
         {"variant": "shuffled"},
+        {"variant": "noisy"},
         {"variant": "equal-updates"},
         {"variant": "few-epochs"},
         {"seed": 1},
@@ -163,7 +164,7 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"highlights": ("best",)}, "highlights: .*best"),
         (
             {"variant": ("no",)},
-            "variant: .*equal-updates, few-epochs, no-termination, none, shuffled; got no",
+            "variant: .*equal-updates, few-epochs, no-termination, noisy, none, shuffled; got no",
         ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],

@@ -53,6 +53,7 @@ from polite.experiments.run_folder import claim_folder
 from polite.files import marks, write_json
 from polite.methods.presets import PRESETS
 from polite.methods.schedules import EqualUpdates, Schedule
+from polite.teachers.noise import HighlightNoise
 from polite.types import (
     FIRST,
     SECOND,
@@ -262,6 +263,7 @@ def test_a_record_of_other_settings_stays_until_its_run_has_another(
         {"steps": 2000},
         {"variant": "no-termination"},
         {"variant": "shuffled"},
+        {"variant": "noisy"},
         {"variant": "equal-updates"},
         {"variant": "few-epochs"},
     ],
@@ -468,20 +470,24 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
         if run.variant not in ("", "no-termination"):
             config, preset = learning_config(run)
             plain, plain_preset = learning_config(replace(run, variant=""))
-            shuffled = run.variant == "shuffled"
-            assert preset == replace(plain_preset, shuffled=shuffled)
+            asked: dict[str, dict[str, Any]] = {
+                "shuffled": {"shuffled": True},
+                "noisy": {"noise": HighlightNoise(0.3, 0.1, 0.3)},
+            }
+            assert preset == replace(plain_preset, **asked.get(run.variant, {}))
             changes: dict[str, dict[str, Any]] = {
-                "shuffled": {},
                 "equal-updates": {"schedule": EqualUpdates(reference=200)},
                 "few-epochs": {"schedule": Schedule(first_epochs=25, later_epochs=6)},
             }
-            assert config == replace(plain, **changes[run.variant])
+            assert config == replace(plain, **changes.get(run.variant, {}))
+            assert run.variant in {*asked, *changes}
 
 
 @pytest.mark.parametrize(
     ("change", "says"),
     [
         ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
+        ({"variant": "noisy", "method": "preferences", "highlights": None}, "can be noisy"),
         ({"variant": "equal-updates", "method": "polite-pebble"}, "trainings by PPO"),
     ],
 )
@@ -490,7 +496,7 @@ def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], 
         fingerprint(replace(FIRST_RUN, **change))
 
 
-def test_a_shuffled_session_has_the_same_highlights_at_other_answers() -> None:
+def test_a_shuffled_session_has_the_same_highlights_at_other_answers_a_noisy_one_fewer() -> None:
     run = Run("HalfCheetah-v5", "polite", 200, "pairwise", "choice", "fast", 1000)
     random = np.random.default_rng(0)
     segments = [
@@ -499,14 +505,16 @@ def test_a_shuffled_session_has_the_same_highlights_at_other_answers() -> None:
     pool = SegmentPool.stack(segments, 50)
     queries = [Query(i, j) for i in range(9) for j in range(i)]
     asked = {}
-    for variant in ("", "shuffled"):
+    for variant in ("", "shuffled", "noisy"):
         teacher = env_preset(replace(run, variant=variant)).make_teacher(pool)
         asked[variant] = teacher(pool, queries, np.random.default_rng(1))
     plain, shuffled = asked[""], asked["shuffled"]
     assert [a.preference for a in plain] == [a.preference for a in shuffled]
     marks = [sorted(str((a.positive, a.negative)) for a in some) for some in (plain, shuffled)]
     assert marks[0] == marks[1] and plain != shuffled
-    assert sum(a.positive is not None for a in plain) > 10
+    given = [sum(a.positive is not None for a in some) for some in (plain, asked["noisy"])]
+    assert given[0] > 10 and 0 < given[1] < given[0]
+    assert [a.preference for a in plain] == [a.preference for a in asked["noisy"]]
 
 
 def feedback() -> Feedback:

@@ -196,6 +196,23 @@ def test_highlights_alone_against_preferences_alone(alone: float, expected: str)
     assert "highlights-for-preferences" not in {claim["id"] for claim in others}
 
 
+def test_highlights_alone_with_200_queries() -> None:
+    ours: dict[str, Any] = {"form": "choice"}
+    levels = {("highlights", 200): 800.0, P200: 700.0, B262: 600.0, B800: 830.0}
+    records = cells(levels, **ours) + cells({("highlights", 200): 500.0}, variant="noisy", **ours)
+    expected = {
+        "alone-fewer-queries": ("not reproduced", -30.0),
+        "alone-equal-effort": ("reproduced", 200.0),
+        "alone-or-both": ("reproduced", 100.0),
+        "alone-noisy": ("not reproduced", -100.0),
+    }
+    for name, (judged, gap) in expected.items():
+        claim = verdict(records, name)
+        assert claim["verdict"] == judged
+        assert claim["parts"][0]["measured"] == pytest.approx(gap)
+    assert not any(c["id"].startswith("alone-") for c in judge_benchmark(cells(levels)))
+
+
 def test_our_bar_is_about_our_form_under_the_pairwise_loss_alone() -> None:
     levels = {P200: 800.0, B262: 700.0, B800: 790.0}
     ours: dict[str, Any] = {"form": "choice"}

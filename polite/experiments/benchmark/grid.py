@@ -31,9 +31,10 @@ class Run:
     """Policy steps."""
     variant: str = ""
     """"" or another way to train. "no-termination": the env ends no episode that has gone wrong.
-    "shuffled": the highlights of a session are dealt out anew among its answers. "equal-updates":
-    the reward model gets as many gradient updates after each session as with 200 queries.
-    "few-epochs": it is trained for an eighth of the release's epochs."""
+    "shuffled": the highlights of a session are dealt out anew among its answers. "noisy": three in
+    ten are missed, as many misplaced, and in one answer of ten good and bad are mixed up.
+    "equal-updates": the reward model gets as many gradient updates after each session as with 200
+    queries. "few-epochs": it is trained for an eighth of the release's epochs."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -234,6 +235,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                 cells=(
                     *_cell("highlights", 400),
                     *_cell("highlights", 400, form="choice"),
+                    *_cell("highlights", 200, form="choice"),
+                    *_cell("highlights", 200, form="choice", variant="noisy"),
+                    *_cell("polite", 200, form="choice", variant="noisy"),
                     *_cell("ground-truth", **_FREE),
                     *_cell("polite", 200, **_FREE),
                     *_cell("polite", 200, form="choice", **_FREE),

@@ -23,6 +23,7 @@ from polite.methods.schedules import EPOCHS, LATER, SCHEDULES, EqualUpdates
 from polite.policies.sac import SacConfig
 from polite.policies.vec_env import make_vec_env
 from polite.rewards.network import FAST
+from polite.teachers.noise import CARELESS, HighlightNoise
 from polite.types import InvalidValueError
 
 PRESETS: Final = ("smoke", "fast", "paper")
@@ -39,12 +40,20 @@ class Variant:
     """When the teacher is asked, and how often the reward model is updated; PPO's methods only."""
     shuffled: bool = False
     """Whether the highlights of a session are dealt out anew among its answers."""
+    noise: HighlightNoise = field(default_factory=HighlightNoise)
+    """How often highlights go wrong."""
+
+    @property
+    def of_highlights(self) -> bool:
+        """Whether it means nothing where there are no highlights."""
+        return self.shuffled or self.noise != HighlightNoise()
 
 
 VARIANTS: Final[Mapping[str, Variant]] = {
     "": Variant(),
     "no-termination": Variant(env={"terminate_when_unhealthy": False}),
     "shuffled": Variant(shuffled=True),
+    "noisy": Variant(noise=CARELESS),
     "equal-updates": Variant(schedule=EqualUpdates(reference=200)),  # as many as the headline's
     "few-epochs": Variant(schedule=Schedule().with_epochs(EPOCHS["few"])),
 }
@@ -106,8 +115,8 @@ def env_preset(run: Run) -> EnvPreset:
             f"expected a preset of {PRESETS} and a variant of {tuple(VARIANTS)}, got {run}"
         )
     variant = VARIANTS[run.variant]
-    if variant.shuffled and run.highlights is None:
-        raise InvalidValueError(f"expected highlights that can be shuffled, got {run}")
+    if variant.of_highlights and run.highlights is None:
+        raise InvalidValueError(f"expected highlights that can be {run.variant}, got {run}")
     preset = preset_of(run.env)
     if run.preset == "paper":
         preset = preset.as_in_paper()
@@ -117,6 +126,7 @@ def env_preset(run: Run) -> EnvPreset:
         preset,
         settings={**preset.settings, **variant.env},
         shuffled=variant.shuffled,
+        noise=variant.noise,
     )
     if run.loss is not None:
         preset = replace(preset, training=replace(preset.training, preference=run.loss))
@@ -164,6 +174,8 @@ def canonical(run: Run) -> str:
         resolved["random_segments"] = RANDOM_SEGMENTS
     if preset.shuffled:  # absent otherwise: older runs keep their mark
         resolved["shuffled"] = True
+    if preset.noise != HighlightNoise():
+        resolved["noise"] = preset.noise
     return json.dumps(resolved, sort_keys=True, default=_plain)
 
 

@@ -9,14 +9,12 @@ from typing import Final
 from polite.methods.presets import EnvPreset
 from polite.rewards.network import FAST, RewardNetConfig
 from polite.rewards.trainer import RewardTrainingConfig
-from polite.teachers.noise import HighlightNoise
+from polite.teachers.noise import CARELESS, HighlightNoise
 
 EPOCHS, STEP_SIZE = 100, 1e-3
 """All answers are there at once, so a larger step for fewer passes than in the ten sessions."""
 FEW = EPOCHS // 8
 """Passes of the candidates whose name ends in few-epochs."""
-NOISE = HighlightNoise(miss_probability=0.3, wrong_sign_probability=0.1, shift_probability=0.3)
-"""Three in ten highlights missed, as many beside their moment, one answer in ten upside down."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +85,10 @@ CANDIDATES: Final[Mapping[str, Candidate]] = {
     "preferences-linear": Candidate("preferences alone, linear output", None, net=LINEAR),
     "choice-ensemble": Candidate("choice, mean of three networks", "choice", members=3),
     "preferences-ensemble": Candidate("preferences alone, mean of three networks", None, members=3),
-    "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=NOISE),
-    "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=NOISE),
+    "paper-noisy": Candidate("the paper's, noisy highlights", "paper", None, False, noise=CARELESS),
+    "choice-noisy": Candidate("choice, noisy highlights", "choice", noise=CARELESS),
     "choice-alone-noisy": Candidate(
-        "choice, without preferences, noisy highlights", "choice", noise=NOISE, alone=True
+        "choice, without preferences, noisy highlights", "choice", noise=CARELESS, alone=True
     ),
     "choice-shuffled": Candidate("choice, highlights that say nothing", "choice", shuffled=True),
     "choice-alone-shuffled": Candidate(
