@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from polite.analysis.numbers import as_array
 from polite.plots.curves import draw_band
-from polite.plots.style import BLACK, BLUE, GREY, ORANGE, VERMILION, Look
+from polite.plots.style import BLACK, BLUE, GREY, ORANGE, PURPLE, VERMILION, Look
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -18,6 +18,7 @@ LADDER_LOOKS: Final[Mapping[str, Look]] = {
     "preferences": Look("preferences alone", ORANGE, "--", "s"),
     "paper": Look("highlights as in the paper", VERMILION, "-.", "D"),
     "choice": Look("highlights as a choice", BLUE, "-", "o"),
+    "choice-alone": Look("highlights as a choice, alone", PURPLE, "-", "P"),
     "preferences-few-epochs": Look("preferences alone, few epochs", ORANGE, ":", "^"),
     "choice-few-epochs": Look("highlights as a choice, few epochs", BLUE, ":", "v"),
 }

@@ -18,6 +18,7 @@ from polite.experiments.offline.trial import ask, run_trial, stack_answers
 from polite.files import marks
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.methods.presets import preset_of
+from polite.plots.offline import LADDER_LOOKS
 from polite.report.offline import BENCH, report_bench, write_offline_report
 from polite.samplers import uniform_pairs
 from polite.types import Answer, Highlight, PoliteError, Query, SegmentPool
@@ -260,6 +261,7 @@ def test_every_form_of_the_loss_is_a_candidate() -> None:
     assert {candidate.form for candidate in CANDIDATES.values()} == {None, *HIGHLIGHT_LOSSES}
     assert next(iter(CANDIDATES)) == BASELINE == LADDER[0]
     assert set(LADDER) <= set(CANDIDATES)
+    assert set(LADDER_LOOKS) == set(LADDER)
 
 
 def test_preferences_alone_leave_highlights_out() -> None:
