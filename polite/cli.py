@@ -233,6 +233,7 @@ Command = (
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
+    sys.path.append(str(Path.cwd()))  # as `python -m polite` has it: --env MODULE:ID of one's own
     command: Command | None = None
     try:
         command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")

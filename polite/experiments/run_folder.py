@@ -22,10 +22,11 @@ from polite.types import InvalidValueError, PoliteError
 
 LOCK = ".lock"
 """Held by the process that works in the folder, if its runs ask for that; names the process."""
+BUSY = "another run (process {process}) works in {folder}; wait for it"
 
 
 @contextmanager
-def sole_run(out: Path, run: dict[str, Any], resume: bool, busy: str) -> Iterator[None]:
+def sole_run(out: Path, run: dict[str, Any], resume: bool, busy: str = BUSY) -> Iterator[None]:
     """Claim a folder and keep other processes from it; a process that is killed lets go of it.
 
     Args:

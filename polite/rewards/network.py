@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Literal, Protocol
 
 import numpy as np
@@ -213,7 +213,12 @@ def raise_by(model: RewardModel, offset: float) -> None:
 
     Comparisons of segments of one length (Eq. 1) leave this constant open. Where episodes may end
     early it decides whether ending them pays.
+
+    Raises:
+        InvalidValueError: if the offset is not finite.
     """
+    if not isfinite(offset):
+        raise InvalidValueError(f"reward_offset: expected a finite number, got {offset}")
     model.level.sub_(offset * model.scale)
 
 

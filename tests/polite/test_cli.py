@@ -110,6 +110,16 @@ def test_a_report_on_a_training(mistake: Mistake, tmp_path: Path) -> None:
     assert "`polite watch` shows an episode" in mistake("report", tmp_path)
 
 
+def test_an_env_of_ones_own_is_looked_for_where_one_is(
+    command_line: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "envs_of_mine.py").write_text("raise ValueError('found')\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [p for p in sys.path if p])  # as the installed command has it
+    done = command_line("train", "--env", "envs_of_mine:Mine-v0", "--out", tmp_path / "run")
+    assert done.returncode == 2 and "found" in done.stderr
+
+
 def test_the_package_is_a_command_too() -> None:
     command = [sys.executable, "-m", "polite", "--help"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

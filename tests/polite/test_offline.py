@@ -15,7 +15,8 @@ from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER, 
 from polite.experiments.offline.marks import around, hide_marked
 from polite.experiments.offline.pools import load_pools
 from polite.experiments.offline.trial import ask, run_trial, stack_answers
-from polite.files import marks
+from polite.experiments.run_folder import sole_run
+from polite.files import MARKER, marks
 from polite.highlight_losses import HIGHLIGHT_LOSSES
 from polite.methods.presets import preset_of
 from polite.plots.offline import LADDER_LOOKS
@@ -93,6 +94,12 @@ def test_a_bench_goes_on_where_it_was_stopped(folder, monkeypatch) -> None:
 def test_another_bench_is_not_gone_on_with(folder) -> None:
     with pytest.raises(PoliteError, match="other settings"):
         compare("smoke", 1, folder, resume=True)
+
+
+def test_two_benches_do_not_work_in_one_folder(folder) -> None:
+    run = json.loads((folder / MARKER).read_text("utf-8"))
+    with sole_run(folder, run, True), pytest.raises(PoliteError, match="another run"):
+        compare("smoke", run["seed"], folder, resume=True)
 
 
 def test_a_report_is_drawn_again(folder) -> None:

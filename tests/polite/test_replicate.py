@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from polite.experiments.run_folder import LOCK, sole_run
+from polite.files import MARKER
+
 ROOT = Path(__file__).parents[2]
 NEEDED = {
     "config", "seed", "simulated", "queries", "participants", "calibrated", "no_preference_rate",
@@ -54,7 +57,7 @@ def test_writes_what_the_design_lists(finished, results):
         assert (finished / name).stat().st_size > 0
     for name in ("segments.npz", "queries.json", "answers.jsonl"):
         assert (finished / "data" / "polite" / name).exists()
-    assert not [path for path in finished.rglob(".*") if path.is_file()]  # no temporary file
+    assert [path.name for path in finished.rglob(".*") if path.is_file()] == [LOCK]
 
 
 def test_both_conditions_answer_the_same_pairs(finished):
@@ -162,6 +165,13 @@ def test_a_folder_of_other_settings_is_not_gone_on_with(mistake, finished):
     assert "other settings" in mistake(
         "replicate", "--preset", "smoke", "--seed", 1, "--out", finished, "--resume"
     )
+
+
+def test_two_runs_do_not_work_in_one_folder(mistake, finished):
+    run = json.loads((finished / MARKER).read_text("utf-8"))
+    with sole_run(finished, run, True):
+        said = mistake("replicate", "--preset", "smoke", "--seed", 0, "--out", finished, "--resume")
+    assert "another run" in said
 
 
 def test_a_folder_that_holds_no_run_is_not_taken(mistake, tmp_path):

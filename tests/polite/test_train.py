@@ -32,7 +32,7 @@ from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import load_reward_model
 from polite.rewards.network import RewardNetConfig, predict, raise_by
 from polite.teachers.oracle import Oracle
-from polite.types import Answer, Highlight, PoliteError, Query
+from polite.types import Answer, Highlight, InvalidValueError, PoliteError, Query
 
 register()
 TINY = PpoConfig(num_envs=2, rollout=32, batch_size=32, epochs=1, hidden=(8,))
@@ -150,6 +150,9 @@ def test_saturation_is_of_what_is_trained_and_not_of_what_is_paid(tmp_path) -> N
     after = late()
     assert after["saturation"] == before["saturation"] < 1.0
     assert after["pair_accuracy"] == before["pair_accuracy"]
+    with pytest.raises(InvalidValueError, match="reward_offset"):
+        raise_by(reward, float("nan"))
+    assert late() == after
     reward.config = replace(reward.config, output="linear")
     assert late()["saturation"] is None
 
@@ -209,6 +212,42 @@ def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
     assert {answer.positive for answer in answers} == {Highlight(3, 3)}
     with pytest.raises(PoliteError, match="other settings"):
         train(out=out, method=method, resume=True, **given)
+
+
+class Leaves(LastStep):
+    """The same, who tosses coins too, and leaves once it has answered so many."""
+
+    def __init__(self, answered: int) -> None:
+        super().__init__()
+        self.leaves_at = answered
+
+    def __call__(self, pool, queries, rng):
+        if self.asked >= self.leaves_at:
+            self.leaves_at = 1000
+            raise KeyboardInterrupt
+        rng.random(3)
+        return super().__call__(pool, queries, rng)
+
+
+@pytest.mark.parametrize("method", ["polite", "polite-pebble"])
+def test_a_teacher_who_left_is_not_asked_again(tmp_path, method) -> None:
+    given = {
+        "env": "Point-v0", "queries": 10, "steps": 128, "evaluation_episodes": 2,
+        "highlight_length": 3, "sessions": 3, "method": method,
+    }  # fmt: skip
+    leaves = Leaves(6)
+    stays = train(out=tmp_path / "whole", teacher=Leaves(1000), **given)
+    with pytest.raises(KeyboardInterrupt):
+        train(out=tmp_path / "left", teacher=leaves, **given)
+    path = train(out=tmp_path / "left", teacher=leaves, resume=True, **given)
+    assert leaves.asked == 10
+    assert path.read_bytes() == stays.read_bytes()
+    answers = [load_feedback(where.parent / "data").answers for where in (path, stays)]
+    assert answers[0] == answers[1]
+    assert sorted(p.name for p in (path.parent / "data").iterdir()) == sorted(
+        p.name for p in (stays.parent / "data").iterdir()
+    )
+    assert not (path.parent / "data" / "sessions").exists()
 
 
 @pytest.mark.parametrize(
@@ -496,7 +535,7 @@ def test_what_an_env_tells_only_where_it_happens_has_not_happened_elsewhere(
 
 def test_two_cannot_train_in_one_folder(tmp_path, monkeypatch) -> None:
     def second(*arguments):
-        with pytest.raises(PoliteError, match="another `polite train`"):
+        with pytest.raises(PoliteError, match="another run"):
             run_train(settings(tmp_path, resume=True))
         return judge(*arguments)
 

@@ -12,7 +12,7 @@ from polite.analysis.offline import summarise_trials
 from polite.experiments.offline.candidates import BASELINE, CANDIDATES, LADDER
 from polite.experiments.offline.pools import PoolConfig, build_pools, load_pools
 from polite.experiments.offline.trial import run_trial
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import Report, Runner, Task, make_progress
 from polite.files import write_json
 from polite.methods.presets import preset_of
@@ -84,7 +84,14 @@ def compare(preset_name: str, seed: int, out: Path, *, resume: bool) -> Path:
         PoliteError: if the folder cannot be used, or a worker process died.
     """
     bench = BENCHES[preset_name]
-    claim_folder(out, {BENCH: FORMAT, "preset": preset_name, "seed": seed}, resume)
+    with sole_run(out, {BENCH: FORMAT, "preset": preset_name, "seed": seed}, resume):
+        results = {"preset": preset_name} | _results(bench, seed, out)
+        write_json(out / RESULTS, results)
+        return write_offline_report(out, results)
+
+
+def _results(bench: BenchPreset, seed: int, out: Path) -> dict[str, Any]:
+    """Run what is not done yet, and put the numbers together."""
     with make_progress() as progress, Runner(out, progress) as runner:
         pools = runner.run([_pool_task(config, seed, out) for config in bench.pools])
         trials = runner.run(
@@ -96,8 +103,7 @@ def compare(preset_name: str, seed: int, out: Path, *, resume: bool) -> Path:
         )
     chosen = {name: CANDIDATES[name] for name in bench.names}
     ranked = {name: candidate.ranked for name, candidate in chosen.items()}
-    results = {
-        "preset": preset_name,
+    return {
         "seed": seed,
         "simulated": True,
         "seeds": bench.seeds,
@@ -107,8 +113,6 @@ def compare(preset_name: str, seed: int, out: Path, *, resume: bool) -> Path:
         ],
         "candidates": {name: candidate.says for name, candidate in chosen.items()},
     } | summarise_trials([trial for part in trials for trial in part["trials"]], ranked)
-    write_json(out / RESULTS, results)
-    return write_offline_report(out, results)
 
 
 def _pool_task(config: PoolConfig, seed: int, out: Path) -> Task:

@@ -14,7 +14,7 @@ from polite.experiments.replication.rewards import train_reward_models
 from polite.experiments.replication.sensitivity import LEVELS, sensitivity
 from polite.experiments.replication.stages import ask_participants, train_clip_policy, train_policy
 from polite.experiments.replication.study import Study
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import Runner, Task, make_progress
 from polite.files import write_json
 from polite.report.page import write_report
@@ -48,8 +48,8 @@ def replicate(
         config = people.configure(config)
         run["answers"] = people.checksum
     study = Study(out, config, seed, people)
-    claim_folder(out, run | {"config": as_dict(config)}, resume)
-    with make_progress() as progress:
+    run["config"] = as_dict(config)
+    with sole_run(out, run, resume), make_progress() as progress:
         with Runner(out, progress) as runner:
             stages = _run_stages(study, runner)
         bar = progress.add_task("putting the numbers together", total=None)

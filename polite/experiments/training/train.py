@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
@@ -26,6 +27,7 @@ from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
 from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
+from polite.experiments.training.remembered import remembered
 from polite.experiments.training.settings import (
     adapt_preset,
     learning_config,
@@ -56,11 +58,12 @@ from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import RewardNet, raise_by
 
 RESULTS = "results.json"
-BUSY = "another `polite train` (process {process}) works in {folder}; wait for it"
 UNDECIDED = (
     "the teacher {} expressed a preference each time: what is too little for it is a share of an "
     "average clip's true return, which is negative here (see average_return)"
 )
+ANSWERED = Path("data", "sessions")
+"""What a teacher of the caller's own has said so far, in an unfinished training."""
 CHECKPOINT = Path("models", "pebble.pt")
 """What PEBBLE goes on from; removed when it has finished."""
 RECENT = 20
@@ -128,7 +131,7 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         check_heard(config, own_teacher)
         identity["teacher"] = name_of(own_teacher)
         length = preset.training.highlight_length if config.uses("highlight_length") else None
-        answers = checked(own_teacher, length)
+        answers = remembered(checked(own_teacher, length), config.out / ANSWERED)
         make_teacher = lambda _: answers  # noqa: E731
     start = _learner(config, preset, make_env, make_teacher, model)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
@@ -138,7 +141,7 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         if model is not None:
             check_sizes(model, env.observation_space.shape, env.action_space.shape)
     with (
-        sole_run(config.out, identity, config.resume, BUSY),
+        sole_run(config.out, identity, config.resume),
         make_progress() as progress,
         one_torch_thread(),
     ):
@@ -273,6 +276,7 @@ def _write_results(folder: Path, results: Results) -> None:
     draw_learning_curve(folder / "figures" / "learning_curve.png", results)
     write_json(folder / RESULTS, results)
     (folder / CHECKPOINT).unlink(missing_ok=True)
+    shutil.rmtree(folder / ANSWERED, ignore_errors=True)  # data/ has them all
 
 
 def draw_learning_curve(path: Path, results: Results) -> None:
