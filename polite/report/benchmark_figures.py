@@ -71,7 +71,7 @@ def learning_figure(results: Results) -> Figure | None:
     """Fig. 4: one row an env, one column a loss, form of highlights and variant of the training.
 
     The paper's form stands beside baselines with as many queries, as in the paper, ours beside
-    those of equal effort.
+    those of equal effort and the highlights alone.
     """
     envs = results["envs"]
     columns = [
@@ -90,7 +90,7 @@ def learning_figure(results: Results) -> Figure | None:
             cells = [
                 cell
                 for cell in seen_cells(results, env, place, variant)
-                if cell["method"] != "highlights"
+                if not (cell["method"] == "highlights" and place[1] == PAPER_FORM)
                 and not (cell["method"] == "preferences" and cell["queries"] in others)
             ]
             title = f"{env}\n{short_title(place)}" + (f"\n{variant}" if variant else "")
