@@ -115,9 +115,12 @@ class Runner:
             )
         try:
             with single_threaded():
-                futures = [self._pool.submit(_do, self._folder, task) for task in tasks]
-                for future in as_completed(futures):
+                futures = {self._pool.submit(_do, self._folder, task): task for task in tasks}
+                for number, future in enumerate(as_completed(futures), 1):
                     future.result()
+                    if not moves(self._progress.console):
+                        done = f"{futures[future].says}: done, {number} of {len(tasks)}"
+                        self._progress.console.print(done, highlight=False, soft_wrap=True)
         except BrokenProcessPool as error:
             raise PoliteError(
                 "a worker process died, as when the system runs out of memory; free memory, then "
@@ -138,6 +141,11 @@ class Runner:
                 self._progress.start_task(self._bars[name])
                 shown = not self._many or share < 1.0
                 self._progress.update(self._bars[name], completed=share, visible=shown)
+
+
+def moves(console: Console) -> bool:
+    """Whether a bar moves there; in a log file it would be seen at the end only."""
+    return console.is_terminal or console.is_jupyter
 
 
 def make_progress() -> Progress:

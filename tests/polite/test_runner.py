@@ -58,7 +58,9 @@ def in_time(work: Callable[[], object]) -> None:
     assert not thread.is_alive()
 
 
-def test_results_are_in_the_order_of_the_tasks_and_not_computed_again(tmp_path: Path) -> None:
+def test_results_are_in_the_order_of_the_tasks_and_not_computed_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     tasks = [numbered(n, work) for n, work in enumerate((20_000_000, 0, 5_000_000))]
     progress = make_progress()
     with Runner(tmp_path, progress) as runner:
@@ -69,6 +71,10 @@ def test_results_are_in_the_order_of_the_tasks_and_not_computed_again(tmp_path: 
     assert again[0] == first[2] and again[2] == first[0]  # the same process: not done again
     assert os.getpid() not in {result["process"] for result in first}
     assert [task.completed for task in progress.tasks] == [1.0] * 4
+    lines = capsys.readouterr().err.splitlines()  # no terminal, so no bar moves
+    assert sorted(line.split(": ")[1] for line in lines) == [
+        "done, 1 of 1", "done, 1 of 3", "done, 2 of 3", "done, 3 of 3"
+    ]  # fmt: skip
 
 
 def test_a_result_on_disk_is_taken_as_it_is(tmp_path: Path) -> None:

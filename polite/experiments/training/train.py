@@ -20,7 +20,7 @@ import socialnav_env  # noqa: F401 (registers the corridor)
 from polite.analysis.learning_curve import learning_curve
 from polite.dataset import save_feedback
 from polite.experiments.run_folder import sole_run
-from polite.experiments.runner import make_progress
+from polite.experiments.runner import make_progress, moves
 from polite.experiments.training.config import TrainConfig
 from polite.experiments.training.env_settings import parse_env_settings
 from polite.experiments.training.held_out import held_out_quality
@@ -231,7 +231,7 @@ class _Bar:
         does = self._does if share < 1 else ""
         self._progress.update(self._bar, description=says + does, completed=share)
         console, tenths = self._progress.console, int(10 * share)
-        if tenths > self._tenths and not (console.is_terminal or console.is_jupyter):
+        if tenths > self._tenths and not moves(console):
             self._tenths = tenths
             console.print(f"{share:4.0%} {says}{does}", highlight=False, soft_wrap=True)
 
