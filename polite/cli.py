@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -233,7 +234,8 @@ Command = (
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
-    sys.path.append(str(Path.cwd()))  # as `python -m polite` has it: --env MODULE:ID of one's own
+    with suppress(OSError):  # the folder may be gone
+        sys.path.append(str(Path.cwd()))  # as `python -m polite` has it: --env MODULE:ID
     command: Command | None = None
     try:
         command = tyro.cli(Command, prog="polite", description="Rewards learned from people.")

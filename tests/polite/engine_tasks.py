@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 
 def where(number: int) -> tuple[int, int, str]:
     """The number, this process, and how many threads it is allowed."""
     return number, os.getpid(), os.environ["OMP_NUM_THREADS"]
+
+
+def loaded(names: Sequence[str]) -> list[bool]:
+    """Whether modules are there that this one does not import."""
+    return [name in sys.modules for name in names]
 
 
 def die(tries: Path, times: int) -> int:

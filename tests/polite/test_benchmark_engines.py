@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import pytest
-from engine_tasks import die, wait_for_ever, where
+from engine_tasks import die, loaded, wait_for_ever, where
 
-from polite.experiments.benchmark.engines import TRIES, LocalEngine
+from polite.experiments.benchmark.engines import NEEDED, TRIES, LocalEngine
 
 DEADLINE = 60.0
 """Seconds after which something hangs."""
@@ -32,6 +33,12 @@ def test_a_call_that_dies_is_tried_again_and_harms_no_other(tmp_path: Path) -> N
     assert len({os.getpid(), *processes}) == 3
     assert threads == ("1", "1")
     assert os.environ.get("OMP_NUM_THREADS") == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes begin from nothing elsewhere")
+def test_a_process_has_what_a_run_needs_when_it_begins() -> None:
+    with LocalEngine(1) as engine:
+        assert engine.submit(loaded, NEEDED).result(DEADLINE) == [True] * len(NEEDED)
 
 
 def test_leaving_ends_what_is_running_and_begins_nothing_more(tmp_path: Path) -> None:

@@ -109,7 +109,8 @@ class LocalEngine(AbstractContextManager["LocalEngine"]):
 def _ready_to_fork() -> BaseContext:
     """Each process is forked from one of a single thread that has imported what a run needs.
 
-    On Linux; elsewhere it begins from nothing, since system libraries may not bear a fork.
+    On Linux; elsewhere it begins from nothing, since system libraries may not bear a fork. The
+    environment of that process is the one at the first call of any engine.
     """
     if sys.platform != "linux":
         return multiprocessing.get_context("spawn")

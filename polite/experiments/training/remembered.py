@@ -1,4 +1,4 @@
-"""Answers of somebody who cannot be asked again at no cost: kept as they come, for `--resume`."""
+"""Answers of somebody who cannot be asked again at no cost: kept for `resume=True`, by session."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ RANDOM = "random.json"
 
 
 def remembered(teacher: Teacher, folder: Path) -> Teacher:
-    """The same teacher, who is not asked again what was answered in this folder before.
+    """The same teacher, who is not asked again in a session that was answered whole before.
 
     A training that begins anew asks the same again, because everything follows from its seed, until
-    it comes to what nobody has answered yet.
+    it comes to what nobody has answered yet. Whether it is the same teacher is not looked at.
 
     Args:
         teacher: whose answers are kept, a data set for each session.
