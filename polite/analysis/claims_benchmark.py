@@ -1,7 +1,7 @@
 """The paper's claims about Walker2d and HalfCheetah, and our own, judged by rules that are code.
 
-The rules were written before the runs, but for one that says so, and seven that were written when one
-of the sides that they compare had been read, which say so too. Seeds were added to some cells
+The rules were written before the runs, but for one that says so, and seven that were written when
+one of the sides that they compare had been read, which say so too. Seeds were added to some cells
 after their verdicts had been read, and no interval is widened for it. Every claim is judged once
 for each combination of loss, form of the highlights and variant of which all its cells are finished
 or planned. It is the paper's own claim only under the paper's form of the highlights (or none) in
