@@ -36,6 +36,7 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
         Raises:
             PoliteError: There is no such model.
             ShapeError: The env's observations or actions are of other sizes.
+            InvalidValueError: The offset is not finite.
         """
         RecordConstructorArgs.__init__(
             self, reward_model=str(reward_model), reward_offset=reward_offset
