@@ -22,6 +22,7 @@ from polite.types import InvalidValueError, PoliteError
 
 LOCK = ".lock"
 """Held by the process that works in the folder, if its runs ask for that; names the process."""
+_MOST_TOLD, _SHORT = 3, 80  # differing settings in one line, characters of two values
 BUSY = "another run (process {process}) works in {folder}; wait for it"
 
 
@@ -140,5 +141,24 @@ def _recognise(out: Path, marker: Path, run: dict[str, Any], resume: bool) -> No
         raise PoliteError(f"{out} is not empty; give another folder, or --resume to go on there")
     if not marker.exists():
         raise PoliteError(f"{out} holds no run to go on with; give another folder")
-    if read_json_object(marker, "restore it, or give another folder") != run:
-        raise PoliteError(f"{out} holds a run with other settings; give another folder")
+    before = read_json_object(marker, "restore it, or give another folder")
+    if before != run:
+        raise PoliteError(
+            f"{out} holds a run with other settings ({_differences(before, run)}); give another "
+            "folder"
+        )
+
+
+def _differences(before: dict[str, Any], now: dict[str, Any]) -> str:
+    """Which settings differ, and how where that is short."""
+
+    def shown(run: dict[str, Any], name: str) -> str:
+        return json.dumps(run[name], ensure_ascii=False) if name in run else "nothing"
+
+    told = []
+    for name in {**before, **now}:
+        there, here = shown(before, name), shown(now, name)
+        if there != here:
+            short = len(there) + len(here) <= _SHORT
+            told.append(f"{name}: {there} there, {here} now" if short else name)
+    return ", ".join([*told[:_MOST_TOLD], *(["…"] if len(told) > _MOST_TOLD else [])])

@@ -51,7 +51,19 @@ def test_the_same_run_is_gone_on_with_only_when_asked(tmp_path: Path) -> None:
     claim_folder(tmp_path / "run", RUN, False)
     assert "--resume" in refusal(tmp_path / "run", RUN, False)
     claim_folder(tmp_path / "run", RUN, True)
-    assert "other settings" in refusal(tmp_path / "run", RUN | {"seed": 4}, True)
+    assert "other settings (seed: 3 there, 4 now)" in refusal(
+        tmp_path / "run", RUN | {"seed": 4}, True
+    )
+
+
+def test_what_differs_is_told(tmp_path: Path) -> None:
+    claim_folder(tmp_path / "run", {"a": 1, "b": "x\ny", "c": {"deep": list(range(99))}}, False)
+    now = {"b": "x", "c": {"deep": []}, "d": None}
+    said = refusal(tmp_path / "run", now, True)
+    assert '(a: 1 there, nothing now, b: "x\\ny" there, "x" now, c, …)' in said
+    assert "(d: nothing there, null now)" in refusal(
+        tmp_path / "run", {"a": 1, "b": "x\ny", "c": {"deep": list(range(99))}, "d": None}, True
+    )
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
