@@ -15,6 +15,7 @@ Results = Mapping[str, Any]
 
 HEADLINE = ("POLITE-200", "baseline-800")
 BAR, CONTROLS = "bar-", ("control-", "more-answers")
+ALONE = ("highlights-for-preferences", "alone-")
 """How the names of claims begin that are about our form. (The paper's claims are judged under it as
 well, by the same numbers; their table has them.)"""
 HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
@@ -22,7 +23,7 @@ HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 
 
 def benchmark_findings(results: Results) -> Markup:
-    """The headline for each env and condition, our bar and its controls, gains, and the tally."""
+    """The headline for each env and condition, our form's claims, gains, and the tally."""
     parts = [
         element("p", _tally(results)),
         element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
@@ -36,6 +37,8 @@ def benchmark_findings(results: Results) -> Markup:
         _list(_judged(results, BAR), "No such cell is finished or planned."),
         element("h3", "Is it what highlights say, or how much the reward model is trained?"),
         _list(_judged(results, *CONTROLS), "The controls are neither finished nor planned."),
+        element("h3", "Do highlights in our form do alone, without the preferences?"),
+        _list(_judged(results, *ALONE), "No such cell is finished or planned."),
         element("h3", "What do highlights buy at equal queries?"),
         _list(_gains(results), "No pair of cells with equal queries is finished."),
     ]

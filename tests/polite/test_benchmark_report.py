@@ -136,9 +136,11 @@ def test_verdicts_while_runs_are_missing_are_told_apart(results: dict[str, Any])
     assert "so far: holds<" in verdict_badge(ours | {"verdict": "reproduced"})
 
 
-def test_the_bar_tells_every_part_that_is_judged(results: dict[str, Any]) -> None:
+def test_our_claims_tell_every_part_that_is_judged(results: dict[str, Any]) -> None:
     text = benchmark_findings(results)
-    bars = [c for c in results["claims"] if c["id"].startswith(("bar-", "control-"))]
+    ours = ("bar-", "control-", "alone-", "highlights-for-preferences")
+    bars = [c for c in results["claims"] if c["id"].startswith(ours)]
+    assert {name for name in ours if any(c["id"].startswith(name) for c in bars)} == set(ours)
     assert any(len(claim["parts"]) > 1 for claim in bars)
     assert all(f"{part['what']}: " in text for claim in bars for part in claim["parts"])
     said = [f"{c['env']}, {condition_words(c)}: {c['text']}. " for c in bars]
