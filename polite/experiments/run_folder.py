@@ -56,6 +56,15 @@ def sole_run(out: Path, run: dict[str, Any], resume: bool, busy: str = BUSY) -> 
         yield
 
 
+def is_left(out: Path) -> bool:
+    """Whether a run was begun in a folder and no process works there now; no, if that is hidden."""
+    try:
+        with (out / LOCK).open("r+", encoding="utf-8") as file:
+            return sys.platform != "win32" and _lock(file)
+    except OSError:  # never begun, or not ours to write
+        return False
+
+
 if sys.platform == "win32":
 
     def _lock(file: TextIO) -> bool:

@@ -49,7 +49,7 @@ from polite.experiments.benchmark.settings import (
 )
 from polite.experiments.benchmark.status import failure_path, grid_status, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
-from polite.experiments.run_folder import claim_folder
+from polite.experiments.run_folder import claim_folder, sole_run
 from polite.files import marks, write_json
 from polite.methods.presets import PRESETS
 from polite.methods.schedules import EqualUpdates, Schedule
@@ -365,7 +365,13 @@ def test_status_prints_and_changes_nothing(
     assert "1 of 3 runs done" in capsys.readouterr().out
     assert sorted(folder.rglob("*")) == before
     benchmark(replace(config, preset="smoke"))  # the folder knows better
-    assert "1 of 3 runs done" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "1 of 3 runs done" in said and "--resume" not in said  # nothing was begun
+    with sole_run(folder, identity("fast"), True):
+        benchmark(config)
+    assert "--resume" not in capsys.readouterr().out
+    benchmark(config)
+    assert "no process works on it; go on with --resume" in capsys.readouterr().out
     with pytest.raises(PoliteError, match=r"run\.json"):
         benchmark(replace(config, out=folder / "runs"))
 

@@ -21,7 +21,7 @@ from polite.experiments.benchmark.page import identity, preset_in, report_grid
 from polite.experiments.benchmark.record import made_otherwise, read_record, record_path
 from polite.experiments.benchmark.run import Outcome, carry_out, checkpoint_path
 from polite.experiments.benchmark.status import GridStatus, failure_path, grid_status, times_path
-from polite.experiments.run_folder import sole_run
+from polite.experiments.run_folder import is_left, sole_run
 from polite.experiments.workers import cores
 from polite.files import one_line, write_atomically, write_json
 from polite.types import PoliteError
@@ -100,7 +100,10 @@ def show_status(config: BenchmarkConfig) -> Path:
     """
     preset: Any = preset_in(config.out)
     runs = select(replace(config, preset=preset))
-    Console(soft_wrap=True).print(view(grid_status(config.out, runs)))
+    now, console = grid_status(config.out, runs), Console(soft_wrap=True)
+    console.print(view(now))
+    if now.done < now.total and is_left(config.out):
+        console.print("no process works on it; go on with --resume", highlight=False)
     return config.out
 
 
