@@ -165,35 +165,35 @@ def test_equal_effort_and_our_bar() -> None:
 
 
 @pytest.mark.parametrize(
-    ("hundred", "expected"),
-    [(720.0, "reproduced"), (690.0, "undecided"), (600.0, "not reproduced")],
+    ("claimed", "ours", "other", "names"),
+    [
+        ("half-effort", ("polite", 100), B262, ("POLITE-100", "baseline-262")),
+        (
+            "highlights-for-preferences",
+            ("highlights", 400),
+            ("preferences", 400),
+            ("highlights-400", "baseline-400"),
+        ),
+    ],
 )
-def test_half_the_effort_is_compared_in_our_form_only(hundred: float, expected: str) -> None:
-    levels = {("polite", 100): hundred, B262: 700.0}
-    claim = verdict(cells(levels, form="choice"), "half-effort")
-    assert claim["verdict"] == expected
-    assert [part["what"] for part in claim["parts"]] == [
-        "POLITE-100 minus baseline-262",
-        "POLITE-100 / baseline-262",
-    ]
-    others = judge_benchmark(cells(levels, form="paper"))
-    assert "half-effort" not in {claim["id"] for claim in others}
-
-
 @pytest.mark.parametrize(
-    ("alone", "expected"),
+    ("level", "expected"),
     [(720.0, "reproduced"), (690.0, "undecided"), (600.0, "not reproduced")],
 )
-def test_highlights_alone_against_preferences_alone(alone: float, expected: str) -> None:
-    levels = {("highlights", 400): alone, ("preferences", 400): 700.0}
-    claim = verdict(cells(levels, form="choice"), "highlights-for-preferences")
+def test_no_worse_is_asked_of_our_form_only(
+    claimed: str,
+    ours: tuple[str, int],
+    other: tuple[str, int],
+    names: tuple[str, str],
+    level: float,
+    expected: str,
+) -> None:
+    levels = {ours: level, other: 700.0}
+    claim = verdict(cells(levels, form="choice"), claimed)
     assert claim["verdict"] == expected
-    assert [part["what"] for part in claim["parts"]] == [
-        "highlights-400 minus baseline-400",
-        "highlights-400 / baseline-400",
-    ]
+    assert [part["what"] for part in claim["parts"]] == [" minus ".join(names), " / ".join(names)]
     others = judge_benchmark(cells(levels, form="paper"))
-    assert "highlights-for-preferences" not in {claim["id"] for claim in others}
+    assert claimed not in {claim["id"] for claim in others}
 
 
 def test_highlights_alone_with_200_queries() -> None:

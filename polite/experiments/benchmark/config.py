@@ -27,7 +27,7 @@ class BenchmarkConfig:
     out: Path
     """Folder for everything; new, unless --resume."""
     preset: Preset = "fast"
-    """smoke: two or three minutes, to see that it runs; fast: a day on two cores, and PEBBLE's
+    """smoke: one or two minutes, to see that it runs; fast: a day on two cores, and PEBBLE's
     hours; paper: the paper's own nets and PPO for the cells that its first claim compares, under
     both losses, with floor and ceiling. With --status the folder's own."""
     env: Names = ()
