@@ -36,11 +36,12 @@ ANY_LOSS: Final = frozenset({"highlights"}) | UNASKED
 """Methods that learn from no preference: the preference loss does not touch them, so that runs
 under one loss serve comparisons under any."""
 SHUFFLED, NOISY = "shuffled", "noisy"
-EQUAL_UPDATES, FEW_EPOCHS = "equal-updates", "few-epochs"
-TRAININGS: Final = (SHUFFLED, NOISY, EQUAL_UPDATES, FEW_EPOCHS)
+EQUAL_UPDATES, FEW_EPOCHS, RAISED = "equal-updates", "few-epochs", "raised"
+TRAININGS: Final = (SHUFFLED, NOISY, EQUAL_UPDATES, FEW_EPOCHS, RAISED)
 """Variants of the training: highlights that say nothing; some that are wrong; as many updates of
-the reward model whatever the budget; an eighth of its released epochs. Their env is the plain one,
-and so are its floor and its ceiling."""
+the reward model whatever the budget; an eighth of its released epochs; nothing paid for steps two
+standard deviations below the average. Their env is the plain one, and so are its floor and its
+ceiling."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 

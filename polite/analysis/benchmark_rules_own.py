@@ -9,6 +9,7 @@ from polite.analysis.benchmark_records import (
     EQUAL_UPDATES,
     FEW_EPOCHS,
     NOISY,
+    RAISED,
     SHUFFLED,
     label,
 )
@@ -31,6 +32,7 @@ POLITE_100 = Wanted("polite", 100)
 BASELINE_262 = Wanted("preferences", 262)
 ALONE_200 = Wanted("highlights", 200)
 NOISY_200, NOISY_ALONE_200 = (w._replace(variant=NOISY) for w in (POLITE_200, ALONE_200))
+RAISED_ALONE_200 = ALONE_200._replace(variant=RAISED)
 SHUFFLED_200 = Wanted("polite", 200, SHUFFLED)
 UPDATED_262 = Wanted("preferences", 262, EQUAL_UPDATES)
 UPDATED_800 = Wanted("preferences", 800, EQUAL_UPDATES)
@@ -97,7 +99,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         _no_worse(BASELINE_800),
         kind="comparison",
         own=True,
-        variants=("", FEW_EPOCHS),
+        variants=("", FEW_EPOCHS, RAISED),
     ),
     Rule(
         "bar-equal-effort",
@@ -108,7 +110,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         is_above("POLITE-200 minus baseline-262", POLITE_200, BASELINE_262),
         kind="comparison",
         own=True,
-        variants=("", FEW_EPOCHS),
+        variants=("", FEW_EPOCHS, RAISED),
     ),
     Rule(
         "bar-equal-effort-anew",
@@ -159,6 +161,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         _no_worse(BASELINE_800, ALONE_200),
         kind="comparison",
         own=True,
+        variants=("", RAISED),
     ),
     Rule(
         "alone-equal-effort",
@@ -170,6 +173,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         is_above("highlights-200 minus baseline-262", ALONE_200, BASELINE_262),
         kind="comparison",
         own=True,
+        variants=("", RAISED),
     ),
     Rule(
         "alone-or-both",
@@ -181,6 +185,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         is_above("highlights-200 minus POLITE-200", ALONE_200, POLITE_200),
         kind="comparison",
         own=True,
+        variants=("", RAISED),
     ),
     Rule(
         "alone-noisy",
@@ -192,6 +197,21 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         f"{ABOVE_0} {AFTER_400}",
         (NOISY_ALONE_200, BASELINE_262),
         is_above(f"{label(*NOISY_ALONE_200)}, minus baseline-262", NOISY_ALONE_200, BASELINE_262),
+        kind="comparison",
+        own=True,
+    ),
+    Rule(
+        "alone-raised",
+        "The level of the reward model is what highlights alone lack on Walker2d: normalised and "
+        "raised by 2, with 200 queries in our form, they beat themselves",
+        NOT_IN_PAPER,
+        f"Final true return, {label(*RAISED_ALONE_200)}, minus highlights-200: {ABOVE_0} (Written "
+        "when highlights-200 had been read, and of two other seeds two runs each at two other "
+        "levels of the reward model, one of which is about the same; so were all rules under "
+        "'raised'.)",
+        (RAISED_ALONE_200, ALONE_200),
+        is_above(f"{label(*RAISED_ALONE_200)}, minus highlights-200", RAISED_ALONE_200, ALONE_200),
+        env="Walker2d",
         kind="comparison",
         own=True,
     ),

@@ -33,6 +33,7 @@ from polite.analysis.benchmark_rules_own import (
     NOISY_200,
     NOISY_ALONE_200,
     PLAIN,
+    RAISED_ALONE_200,
     SHUFFLED_200,
     UPDATED_262,
     UPDATED_800,
@@ -58,10 +59,11 @@ CONTROLS: Final = (
     *combinations(WITH_FEW_EPOCHS, 2),
     (ALONE_200, NOISY_ALONE_200),
     (POLITE_200, NOISY_200),
+    *((RAISED_ALONE_200, other) for other in (ALONE_200, *PLAIN)),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
 more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them; what
-careless highlights cost."""
+careless highlights cost; what the level of r̂ does to highlights alone."""
 
 
 def summarise(

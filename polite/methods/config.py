@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from polite.methods.pairs import NEED_ENSEMBLE, PairSampler, ask_uniformly
+from polite.methods.schedules import LATER
 from polite.methods.schedules import Schedule as Schedule
 from polite.methods.schedules import Session as Session
 from polite.policies.ppo import PpoConfig
@@ -64,6 +65,8 @@ class LearningConfig:
     normalise: bool = False
     """Whether each member's r̂ has mean 0 and spread 1 over the segments so far, after each session
     (`normalise`); the mean of several, which pays, then spreads less."""
+    reward_offset: float = field(default=0.0, metadata=LATER)
+    """Added to what r̂ pays for every step, before it is trained too (`raise_by`)."""
     training: RewardTrainingConfig = field(default_factory=RewardTrainingConfig)
     """How it is trained; the schedule sets the epochs."""
     ppo: PpoConfig = field(default_factory=PpoConfig)

@@ -26,7 +26,7 @@ from polite.policies.vec_env import GymnasiumVecEnv
 from polite.rewards.data import stack_feedback
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.model import make_model, train_model
-from polite.rewards.network import RewardNet, normalise, predict
+from polite.rewards.network import RewardNet, normalise, predict, raise_by
 from polite.rollouts import Act, act_randomly, collect
 from polite.segments import cut_segments
 from polite.types import Floats32, SegmentPool
@@ -162,8 +162,8 @@ class _Learner:
         act = act_randomly(self._env.action_space, int(self._inputs.integers(2**31)))
         pool = self._collect(RANDOM_SEGMENTS, act, self._inputs)
         self._model.standardise(pool)
-        if self._config.normalise:
-            normalise(self._model, pool)
+        raise_by(self._model, self._config.reward_offset)
+        self._normalise(pool)
 
     def _hold(self, session: Session, name: str) -> None:
         """Collect segments, ask about them, and train the reward model on all answers so far."""
@@ -185,8 +185,7 @@ class _Learner:
             lambda request: choose(request, self._model),
         )
         self._train_reward(name)
-        if self._config.normalise:
-            normalise(self._model, self._history.pool)
+        self._normalise(self._history.pool)
 
     def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
         """Act in envs of their own, and cut segments.
@@ -205,6 +204,12 @@ class _Learner:
         self._collected += env.num_envs * steps
         ends = self._config.schedule.show_ends
         return cut_segments(trajectories, length, count, rng, show_ends=ends)
+
+    def _normalise(self, pool: SegmentPool) -> None:
+        """Measure level and scale of r̂ anew, if it is to be normalised."""
+        if self._config.normalise:
+            normalise(self._model, pool)
+            raise_by(self._model, self._config.reward_offset)
 
     def _train_reward(self, name: str) -> None:
         """Train the reward model on, from where it is."""

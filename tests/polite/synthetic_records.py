@@ -109,6 +109,11 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
         for seed in range(min(seeds, 2)):
             runs.append(synthetic_run("polite", 200, seed=seed, **free))
             runs.append(synthetic_run("preferences", 800, seed=seed, **free))
+    for seed in range(seeds):
+        raised = {"env": "Walker2d-v5", "variant": "raised", "seed": seed}
+        ours = {"form": "choice", **raised}
+        runs += [synthetic_run(method, 200, **ours) for method in ("highlights", "polite")]
+        runs += [synthetic_run("preferences", q, **raised) for q in (262, 800)]
     for seed in range(10, 10 + seeds):
         place = {"env": "Walker2d-v5", "seed": seed}
         runs.append(synthetic_run("polite", 200, form="choice", **place))

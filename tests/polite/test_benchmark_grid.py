@@ -54,6 +54,7 @@ def test_names_are_unique_and_fit_for_files(preset: str) -> None:
         {"variant": "noisy"},
         {"variant": "equal-updates"},
         {"variant": "few-epochs"},
+        {"variant": "raised"},
         {"seed": 1},
     ],
 )
@@ -164,7 +165,7 @@ def test_the_controls_of_the_bar_can_be_chosen_alone() -> None:
         ({"highlights": ("best",)}, "highlights: .*best"),
         (
             {"variant": ("no",)},
-            "variant: .*equal-updates, few-epochs, no-termination, noisy, none, shuffled; got no",
+            "variant: .*equal-updates, few-epochs, no-termination, noisy, none, raised, shuffled; got no",
         ),
         ({"stage": (1,), "seeds": (9,)}, "seeds: .*got 9"),
     ],

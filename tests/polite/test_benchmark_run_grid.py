@@ -266,6 +266,7 @@ def test_a_record_of_other_settings_stays_until_its_run_has_another(
         {"variant": "noisy"},
         {"variant": "equal-updates"},
         {"variant": "few-epochs"},
+        {"variant": "raised"},
     ],
 )
 def test_a_fingerprint_tells_settings_but_not_seeds_apart(change: dict[str, Any]) -> None:
@@ -484,6 +485,7 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
             changes: dict[str, dict[str, Any]] = {
                 "equal-updates": {"schedule": EqualUpdates(reference=200)},
                 "few-epochs": {"schedule": Schedule(first_epochs=25, later_epochs=6)},
+                "raised": {"normalise": True, "reward_offset": 2.0},
             }
             assert config == replace(plain, **changes.get(run.variant, {}))
             assert run.variant in {*asked, *changes}
@@ -495,6 +497,7 @@ def test_a_control_changes_what_it_is_about_and_nothing_else() -> None:
         ({"variant": "shuffled", "method": "preferences", "highlights": None}, "can be shuffled"),
         ({"variant": "noisy", "method": "preferences", "highlights": None}, "can be noisy"),
         ({"variant": "equal-updates", "method": "polite-pebble"}, "trainings by PPO"),
+        ({"variant": "raised", "method": "polite-pebble"}, "trainings by PPO"),
     ],
 )
 def test_a_control_that_would_change_nothing_is_refused(change: dict[str, Any], says: str) -> None:

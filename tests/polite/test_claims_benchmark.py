@@ -257,6 +257,25 @@ def test_the_controls_of_the_bar(levels: tuple[float, float, float], expected: l
         assert (claim["kind"], claim["variant"], claim["missing"]) == ("comparison", "", [])
 
 
+def test_what_is_raised_is_judged_against_what_is_raised_and_against_itself() -> None:
+    alone = ("highlights", 200)
+    records = cells({alone: 900.0, P200: 700.0, B262: 800.0, B800: 1000.0}, form="choice")
+    raised = {alone: 2000.0, P200: 1500.0, B262: 1700.0, B800: 2600.0}
+    records += cells(raised, variant="raised", form="choice")
+    claims = {(c["id"], c["variant"]): c["parts"][0]["measured"] for c in judge_benchmark(records)}
+    told = {
+        ("alone-fewer-queries", ""): -100.0,
+        ("alone-fewer-queries", "raised"): -600.0,
+        ("alone-equal-effort", "raised"): 300.0,
+        ("alone-or-both", "raised"): 500.0,
+        ("bar-fewer-queries", "raised"): -1100.0,
+        ("bar-equal-effort", "raised"): -200.0,
+        ("alone-raised", ""): 1100.0,
+    }
+    assert {key: claims[key] for key in told} == pytest.approx(told)
+    assert ("alone-raised", "raised") not in claims and ("alone-noisy", "raised") not in claims
+
+
 def test_the_bar_is_judged_with_few_epochs_too_and_controls_are_not() -> None:
     ours: dict[str, Any] = {"form": "choice"}
     records = cells({P200: 700.0, B262: 400.0, B800: 500.0}, **ours)

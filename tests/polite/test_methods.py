@@ -339,6 +339,24 @@ def test_a_normalised_reward_has_spread_1_over_the_segments_that_were_seen() -> 
             assert paid.std() == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("normalised", [False, True])
+def test_a_raised_reward_pays_so_much_more_for_every_step_and_learns_the_same(normalised) -> None:
+    """The first session comes before any training of the policy, so that it asks the same."""
+    schedule = Schedule(sessions=1, segment_length=6, first_epochs=2)
+    for method in ("polite", "untrained"):
+        plain, raised = (
+            learned(method, normalise=normalised, reward_offset=offset, schedule=schedule)
+            for offset in (0.0, 1.5)
+        )
+        for name, weights in plain.reward.named_parameters():
+            assert torch.equal(weights, raised.reward.get_parameter(name))
+        sizes = plain.reward.observation_size, plain.reward.action_size
+        seen = [np.linspace(-1, 1, 3 * size).reshape(3, size) for size in sizes]
+        more = predict(raised.reward, *seen) - predict(plain.reward, *seen)
+        np.testing.assert_allclose(more, 1.5, rtol=1e-5)
+        assert not np.array_equal(plain.policy.weights[0], raised.policy.weights[0])
+
+
 # --- presets -------------------------------------------------------------------------------------
 
 

@@ -175,6 +175,7 @@ def test_other_schedules_have_a_number_of_sessions_of_their_own(schedule: Any) -
         {"epochs": "few"},
         {"show_ends": True},
         {"normalise": True},
+        {"reward_offset": 1.0},
         {"validation_share": 0.2},
         {"preset": "paper"},
     ],
@@ -198,7 +199,7 @@ def test_what_pebble_would_not_heed_is_refused(change) -> None:
             {"method": "given", "reward": Path("reward.pt"), "reward_net": (8,)},
             "reward_net: given has no use",
         ),
-        ({"reward_offset": 1.0}, "reward_offset: expected a finite number, with --reward"),
+        ({"reward_offset": np.inf}, "reward_offset: expected a finite"),
         (
             {"method": "given", "reward": Path("reward.pt"), "reward_offset": np.nan},
             "reward_offset: expected a finite",
@@ -301,9 +302,10 @@ def test_a_form_of_the_highlight_loss_is_taken_by_its_name() -> None:
 
 
 def test_the_reward_model_s_options_reach_it() -> None:
-    config = replace(CONFIG, normalise=True, validation_share=0.25)
+    config = replace(CONFIG, normalise=True, validation_share=0.25, reward_offset=1.5)
     learning = learning_config(config, adapt_preset(WALKER, config))
     assert learning.normalise and learning.training.validation_share == 0.25
+    assert learning.reward_offset == 1.5
 
 
 # --- the env -------------------------------------------------------------------------------------
@@ -313,6 +315,8 @@ def test_the_reward_model_s_options_reach_it() -> None:
     ("method", "change"),
     [
         ("ground-truth", {"normalise": True}),
+        ("ground-truth", {"reward_offset": 1.0}),
+        ("sac", {"reward_offset": 1.0}),
         ("ground-truth", {"validation_share": 0.2}),
         ("untrained", {"validation_share": 0.2}),
         ("highlights", {"validation_share": 0.2}),

@@ -34,7 +34,9 @@ class Run:
     "shuffled": the highlights of a session are dealt out anew among its answers. "noisy": three in
     ten are missed, as many misplaced, and in one answer of ten good and bad are mixed up.
     "equal-updates": the reward model gets as many gradient updates after each session as with 200
-    queries. "few-epochs": it is trained for an eighth of the release's epochs."""
+    queries. "few-epochs": it is trained for an eighth of the release's epochs. "raised": what it
+    pays is normalised over the clips so far and raised, so that steps two standard deviations below
+    the average are paid nothing and hardly any less."""
     seed: int = 0
     """Everything random follows from it."""
 
@@ -173,7 +175,9 @@ _SMOKE: Final[Mapping[str, Any]] = {
     "steps": 6_144,
     "envs": ("Walker2d-v5",),
 }
-_FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}
+_RAISED, _FREE = (
+    {"variant": variant, "envs": ("Walker2d-v5",)} for variant in ("raised", "no-termination")
+)
 """Walker2d alone: HalfCheetah has no early end, so that nothing would change."""
 
 GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
@@ -238,6 +242,10 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                     *_cell("highlights", 200, form="choice"),
                     *_cell("highlights", 200, form="choice", variant="noisy"),
                     *_cell("polite", 200, form="choice", variant="noisy"),
+                    *_cell("highlights", 200, form="choice", **_RAISED),
+                    *_cell("preferences", 800, **_RAISED),
+                    *_cell("preferences", 262, **_RAISED),
+                    *_cell("polite", 200, form="choice", **_RAISED),
                     *_cell("ground-truth", **_FREE),
                     *_cell("polite", 200, **_FREE),
                     *_cell("polite", 200, form="choice", **_FREE),

@@ -42,6 +42,8 @@ class Variant:
     """Whether the highlights of a session are dealt out anew among its answers."""
     noise: HighlightNoise = field(default_factory=HighlightNoise)
     """How often highlights go wrong."""
+    pay: Mapping[str, Any] = field(default_factory=dict)
+    """Settings of `LearningConfig` that tell how r̂ pays; PPO's methods only."""
 
     @property
     def of_highlights(self) -> bool:
@@ -56,6 +58,7 @@ VARIANTS: Final[Mapping[str, Variant]] = {
     "noisy": Variant(noise=CARELESS),
     "equal-updates": Variant(schedule=EqualUpdates(reference=200)),  # as many as the headline's
     "few-epochs": Variant(schedule=Schedule().with_epochs(EPOCHS["few"])),
+    "raised": Variant(pay={"normalise": True, "reward_offset": 2.0}),
 }
 """By the names that runs have for them."""
 SMOKE: Final[Mapping[str, Any]] = {"sessions": 4, "first_epochs": 50, "later_epochs": 20}
@@ -73,14 +76,16 @@ def learning_config(run: Run) -> tuple[LearningConfig, EnvPreset]:
         InvalidValueError: if the run names something that is not known.
     """
     preset, smoke = env_preset(run), run.preset == "smoke"
+    variant = VARIANTS[run.variant]
     config = LearningConfig(
         method=METHODS[run.method],
         queries=run.queries,
         steps=run.steps,
-        schedule=replace(VARIANTS[run.variant].schedule, **(SMOKE if smoke else {})),
+        schedule=replace(variant.schedule, **(SMOKE if smoke else {})),
         net=preset.net,
         training=preset.training,
         ppo=preset.ppo,
+        **variant.pay,
     )
     return config, preset
 
@@ -91,8 +96,8 @@ def pebble_settings(run: Run) -> tuple[PebbleConfig, EnvPreset]:
     Raises:
         InvalidValueError: if the run names something that is not known.
     """
-    preset = env_preset(run)
-    if VARIANTS[run.variant].schedule != SCHEDULES["sessions"]:
+    preset, variant = env_preset(run), VARIANTS[run.variant]
+    if variant.schedule != SCHEDULES["sessions"] or variant.pay:
         raise InvalidValueError(f"{run.variant} is a variant of the trainings by PPO, got {run}")
     config = pebble_config(
         run.queries,

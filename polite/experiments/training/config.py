@@ -33,7 +33,7 @@ _ON_ANSWERS = (
     *_ON_HIGHLIGHTS,
 )
 _UNHEARD = {
-    "ground-truth": (*_ON_ANSWERS, "reward_net", "members", "normalise"),
+    "ground-truth": (*_ON_ANSWERS, "reward_net", "members", "normalise", "reward_offset"),
     "sac": (*_ON_ANSWERS, "reward_net"),
     "untrained": _ON_ANSWERS,
     "given": (*_ON_ANSWERS, "reward_net", "members", "normalise"),
@@ -98,8 +98,9 @@ class TrainConfig:
     """File of a reward model that is finished already, learned from people or by another run
     (models/reward.pt), for --method given."""
     reward_offset: float = 0.0
-    """Added to what it pays for every step. Comparisons of clips of one length leave this open;
-    where the env ends episodes early, a reward model below 0 pays for ending them."""
+    """Added to what the reward model pays for every step. Comparisons of clips of one length leave
+    this open; where the env ends episodes early, a reward model below 0 pays for ending them. With
+    --normalise, 2 lets it be below 0 hardly anywhere. Not for PEBBLE."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""
@@ -208,6 +209,8 @@ class TrainConfig:
                 raise self._unfit(name, f"expected at least {least}")
         if self.learning_rate is not None and not 0 < self.learning_rate < inf:
             raise self._unfit("learning_rate", "expected a finite number above 0")
+        if not isfinite(self.reward_offset):
+            raise self._unfit("reward_offset", "expected a finite number")
         for name in ("highlights_missed", "highlights_wrong_sign", "highlights_shifted"):
             if not 0 <= getattr(self, name) <= 1:
                 raise self._unfit(name, "expected a share in [0, 1]")
@@ -306,8 +309,6 @@ class TrainConfig:
                 "reward",
                 "expected the file of a reward model with --method given, and with no other",
             )
-        if not isfinite(self.reward_offset) or (self.reward_offset and self.reward is None):
-            raise self._unfit("reward_offset", "expected a finite number, with --reward")
 
     def _check_pebble(self) -> None:
         """PEBBLE brings its own times, pairs and models; a wish for others would go unheard.
@@ -321,6 +322,7 @@ class TrainConfig:
             ("sampler", "uniform"),
             ("members", 1),
             ("normalise", False),
+            ("reward_offset", 0.0),
             ("segment_length", 50),
             ("show_ends", False),
         ):

@@ -53,6 +53,7 @@ def learning_config(config: TrainConfig, preset: EnvPreset) -> LearningConfig:
         net=preset.net,
         members=config.members,
         normalise=config.normalise,
+        reward_offset=config.reward_offset,
         training=preset.training,
         ppo=preset.ppo,
     )
