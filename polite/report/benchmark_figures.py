@@ -95,10 +95,11 @@ def learning_figure(results: Results) -> Figure | None:
             ]
             title = f"{env}\n{short_title(place)}" + (f"\n{variant}" if variant else "")
             draw_learning_curves(ax, cells).set_title(title)
+            ax.set_visible(any(cell["variant"] == variant for cell in cells))
             shown += cells
     for ax in axes.flat:
         ax.label_outer()
-    panel_letters(list(axes.flat))
+    panel_letters([ax for ax in axes.flat if ax.get_visible()])
     _legend_of(figure, list(axes.flat), _with_counts(in_order(shown)), columns=3)
     return figure
 

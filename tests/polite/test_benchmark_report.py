@@ -90,7 +90,7 @@ def test_page_answers_the_headline_for_every_loss_and_form(
 ) -> None:
     asked = [c for c in results["comparisons"] if c["second"] == "baseline-800"]
     asked = [c for c in asked if c["first"] == "POLITE-200"]
-    assert len(asked) == 10  # two envs: pairwise, released, our form, and two variants
+    assert len(asked) == 11  # two envs: pairwise, released, our form, two variants; one raised
     words = ("beats baseline-800", "falls short of baseline-800", "not told apart from baseline-8")
     assert sum(page.text.count(text) for text in words) == len(asked)
 
@@ -236,7 +236,7 @@ def test_each_form_stands_beside_its_own_baselines(results: dict[str, Any]) -> N
 
 
 def test_a_variant_that_compares_has_curves_of_its_own(results: dict[str, Any]) -> None:
-    assert compared_variants(results, ("pairwise", "choice")) == ["few-epochs"]
+    assert compared_variants(results, ("pairwise", "choice")) == ["few-epochs", "raised"]
     assert compared_variants(results, ("released", "paper")) == []
     with rc_context(STYLE):
         figure = learning_figure(results)
@@ -251,6 +251,8 @@ def test_a_variant_that_compares_has_curves_of_its_own(results: dict[str, Any]) 
     for cell in cells:
         name = cell["label"] + (" (choice)" if cell["highlights"] == "choice" else "")
         np.testing.assert_allclose(lines[name], cell["curve"]["mean"])
+    raised = {says: ax.get_visible() for says, ax in titles.items() if "raised" in says}
+    assert raised == {says: "Walker2d" in says for says in raised} and len(raised) == 2
 
 
 def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]) -> None:

@@ -42,7 +42,8 @@ class BenchmarkConfig:
     1: pairwise loss: POLITE and baseline with 200 to 800 queries, our form, floor and ceiling
     2: equal effort (262, 525), our form with 100 and 400, the released loss; controls of the bar
     with shuffled highlights, with equal updates of the reward model and with few epochs of it
-    3: highlights alone, careless ones too, and Walker2d without its early end
+    3: highlights alone, careless ones too; another level of the reward model on Walker2d, and
+    Walker2d without its early end
     4: PEBBLE, and POLITE with 100
     5: five more seeds of the headline, on Walker2d ten more of POLITE-200 and baseline-262, on
     HalfCheetah five more with shuffled highlights"""
@@ -53,9 +54,9 @@ class BenchmarkConfig:
     variant: Names = ()
     """Only these variants: no-termination (Walker2d without its early end), shuffled (highlights
     dealt out anew among the answers of a session), noisy (some missed, some misplaced, some good
-    and bad mixed up), equal-updates (the reward model is updated as
-    often as with 200 queries), few-epochs (it is trained for an eighth of the released epochs);
-    none for runs that are none of these."""
+    and bad mixed up), equal-updates (the reward model is updated as often as with 200 queries),
+    few-epochs (it is trained for an eighth of the released epochs), raised (Walker2d; what it pays
+    is normalised, and raised by 2); none for runs that are none of these."""
     jobs: int = 0
     """Runs at a time, one core each; 0 for as many as there are cores. Ray counts its own."""
     engine: Literal["local", "ray"] = "local"
