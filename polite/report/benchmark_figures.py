@@ -81,7 +81,8 @@ def learning_figure(results: Results) -> Figure | None:
     ]
     if not columns:
         return None
-    figure = Figure(figsize=(WIDTH, 0.9 + 2.4 * len(envs)))
+    width = WIDTH * max(1.0, len(columns) / 4)  # four titles fit side by side
+    figure = Figure(figsize=(width, 0.9 + 2.4 * len(envs)))
     axes = figure.subplots(len(envs), len(columns), squeeze=False, sharex=True, sharey="row")
     shown: list[Cell] = []
     for row, env in zip(axes, envs, strict=True):

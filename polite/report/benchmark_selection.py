@@ -68,7 +68,7 @@ def seen_cells(results: Results, env: str, place: Place, variant: str = "") -> l
 
 
 def compared_variants(results: Results, place: Place) -> list[str]:
-    """Variants of the training under which POLITE and the baseline were run in any env."""
+    """Variants of the training under which highlights and the baseline were run in any env."""
     found = {
         variant: {
             cell["method"]
@@ -77,7 +77,11 @@ def compared_variants(results: Results, place: Place) -> list[str]:
         }
         for variant in TRAININGS
     }
-    return [variant for variant, methods in found.items() if methods >= {"polite", "preferences"}]
+    return [
+        variant
+        for variant, methods in found.items()
+        if "preferences" in methods and methods & HIGHLIGHTED
+    ]
 
 
 def full_length(cells: Sequence[Cell]) -> list[Cell]:
