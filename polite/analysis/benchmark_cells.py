@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from polite.analysis.aggregate import bootstrap_interval, interquartile_mean, normalised
-from polite.analysis.benchmark_records import Cell, Condition, Grid, Record
+from polite.analysis.benchmark_records import TRAININGS, Cell, Condition, Grid, Record
 from polite.analysis.numbers import Array, as_array, as_json
 from polite.analysis.run_curves import common_grid, mean_curve
 from polite.analysis.statistics import mean_interval
@@ -74,10 +74,11 @@ def identity(cell: Cell) -> dict[str, Any]:
 def scores(grid: Grid, cell: Cell) -> Array:
     """(n,) final returns between the untrained reward's (0) and the true reward's (1); maybe NaN.
 
-    Both ends are those of the cell's env, preset, variant and steps (a control of the training has
-    the plain env's); a longer training is read off its curve.
+    Both ends are those of the cell's env, preset and steps, and of the variant if that is another
+    env; a longer training is read off its curve.
     """
-    here = Condition(cell.preset, cell.variant, cell.loss, None)
+    variant = "" if cell.variant in TRAININGS else cell.variant
+    here = Condition(cell.preset, variant, cell.loss, None)
     ends = []
     for method in ("untrained", "ground-truth"):
         found = grid.find(cell.env, here, method, 0)

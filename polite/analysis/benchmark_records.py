@@ -40,8 +40,7 @@ EQUAL_UPDATES, FEW_EPOCHS, RAISED = "equal-updates", "few-epochs", "raised"
 TRAININGS: Final = (SHUFFLED, NOISY, EQUAL_UPDATES, FEW_EPOCHS, RAISED)
 """Variants of the training: highlights that say nothing; some that are wrong; as many updates of
 the reward model whatever the budget; an eighth of its released epochs; nothing paid for steps two
-standard deviations below the average. Their env is the plain one, and so are its floor and its
-ceiling."""
+standard deviations below the average. Their env is the plain one."""
 PAIRWISE, PAPER_FORM, OWN_FORM = "pairwise", "paper", "choice"
 
 
@@ -240,11 +239,19 @@ def label(method: str, queries: int, variant: str = "") -> str:
     return f"{words}, {variant}" if variant else words
 
 
+def unchanged(method: str, variant: str) -> bool:
+    """Whether a method without queries is the same under this variant as in the env itself.
+
+    A random reward model that is raised is another one, and pays for not falling.
+    """
+    return method in UNASKED and variant in TRAININGS and (method, variant) != ("untrained", RAISED)
+
+
 def _fits(cell: Cell, condition: Condition) -> bool:
     form = cell.method not in HIGHLIGHTED or cell.highlights == condition.highlights
     loss = cell.method in ANY_LOSS or cell.loss == condition.loss
-    same_env = cell.method in UNASKED and condition.variant in TRAININGS
-    place = (condition.preset, "" if same_env else condition.variant)
+    same = unchanged(cell.method, condition.variant)
+    place = (condition.preset, "" if same else condition.variant)
     return form and loss and (cell.preset, cell.variant) == place
 
 

@@ -43,6 +43,11 @@ AFTER_400: Final = (
     "(Written before the runs of highlights alone with 200 queries; the first ones with 400, and "
     "those of what they are compared with, had been read.)"
 )
+RAISING: Final = (
+    "(Under 'raised' a rule was meant when highlights-200 and baselines without had been read, and "
+    "of two other seeds two trial runs each at two levels of the reward model, one of them about "
+    "the same; before any run under 'raised'.)"
+)
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "
     "however many answers there are."
@@ -205,10 +210,7 @@ OWN_RULES: Final[tuple[Rule, ...]] = (
         "The level of the reward model is what highlights alone lack on Walker2d: normalised and "
         "raised by 2, with 200 queries in our form, they beat themselves",
         NOT_IN_PAPER,
-        f"Final true return, {label(*RAISED_ALONE_200)}, minus highlights-200: {ABOVE_0} (Written "
-        "when highlights-200 had been read, and of two other seeds two runs each at two other "
-        "levels of the reward model, one of which is about the same; so were all rules under "
-        "'raised'.)",
+        f"Final true return, {label(*RAISED_ALONE_200)}, minus highlights-200: {ABOVE_0} {RAISING}",
         (RAISED_ALONE_200, ALONE_200),
         is_above(f"{label(*RAISED_ALONE_200)}, minus highlights-200", RAISED_ALONE_200, ALONE_200),
         env="Walker2d",

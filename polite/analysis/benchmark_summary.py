@@ -18,6 +18,7 @@ from polite.analysis.benchmark_cells import cell_part, identity, scores
 from polite.analysis.benchmark_records import (
     HIGHLIGHTED,
     NAMES,
+    RAISED,
     UNASKED,
     Cell,
     Condition,
@@ -33,7 +34,6 @@ from polite.analysis.benchmark_rules_own import (
     NOISY_200,
     NOISY_ALONE_200,
     PLAIN,
-    RAISED_ALONE_200,
     SHUFFLED_200,
     UPDATED_262,
     UPDATED_800,
@@ -50,6 +50,7 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _UPDATED: Final = (UPDATED_800, UPDATED_262)
+RAISED_CELLS: Final = tuple(which._replace(variant=RAISED) for which in (ALONE_200, *PLAIN))
 CONTROLS: Final = (
     (POLITE_200, SHUFFLED_200),
     *((POLITE_200, control) for control in _UPDATED),
@@ -59,11 +60,12 @@ CONTROLS: Final = (
     *combinations(WITH_FEW_EPOCHS, 2),
     (ALONE_200, NOISY_ALONE_200),
     (POLITE_200, NOISY_200),
-    *((RAISED_ALONE_200, other) for other in (ALONE_200, *PLAIN)),
+    *zip(RAISED_CELLS, (ALONE_200, *PLAIN), strict=True),
+    *combinations(RAISED_CELLS, 2),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
 more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them; what
-careless highlights cost; what the level of r̂ does to highlights alone."""
+careless highlights cost; what the level of r̂ does, and who leads once it is raised."""
 
 
 def summarise(

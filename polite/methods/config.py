@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Final
 
 from polite.methods.pairs import NEED_ENSEMBLE, PairSampler, ask_uniformly
@@ -76,11 +77,14 @@ class LearningConfig:
         """Check the budgets.
 
         Raises:
-            InvalidValueError: if there are no steps, no reward model, no queries for a method that
-                asks, or one reward model for a sampler that compares several.
+            InvalidValueError: if there are no steps, no reward model, an offset that is not
+                finite, no queries for a method that asks, or one reward model for a sampler that
+                compares several.
         """
         if self.steps < 1:
             raise InvalidValueError(f"expected steps ≥ 1, got {self.steps}")
+        if not isfinite(self.reward_offset):
+            raise InvalidValueError(f"expected a finite reward_offset, got {self.reward_offset}")
         if self.members < 1:
             raise InvalidValueError(f"expected members ≥ 1, got {self.members}")
         if self.members == 1 and self.sampler in NEED_ENSEMBLE:

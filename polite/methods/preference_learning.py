@@ -162,8 +162,10 @@ class _Learner:
         act = act_randomly(self._env.action_space, int(self._inputs.integers(2**31)))
         pool = self._collect(RANDOM_SEGMENTS, act, self._inputs)
         self._model.standardise(pool)
-        raise_by(self._model, self._config.reward_offset)
-        self._normalise(pool)
+        if self._config.normalise:
+            self._normalise(pool)
+        else:
+            raise_by(self._model, self._config.reward_offset)
 
     def _hold(self, session: Session, name: str) -> None:
         """Collect segments, ask about them, and train the reward model on all answers so far."""
@@ -185,7 +187,8 @@ class _Learner:
             lambda request: choose(request, self._model),
         )
         self._train_reward(name)
-        self._normalise(self._history.pool)
+        if self._config.normalise:
+            self._normalise(self._history.pool)
 
     def _collect(self, count: int, act: Act, rng: np.random.Generator) -> SegmentPool:
         """Act in envs of their own, and cut segments.
@@ -206,10 +209,9 @@ class _Learner:
         return cut_segments(trajectories, length, count, rng, show_ends=ends)
 
     def _normalise(self, pool: SegmentPool) -> None:
-        """Measure level and scale of r̂ anew, if it is to be normalised."""
-        if self._config.normalise:
-            normalise(self._model, pool)
-            raise_by(self._model, self._config.reward_offset)
+        """Measure level and scale of r̂ anew, and raise it from there."""
+        normalise(self._model, pool)
+        raise_by(self._model, self._config.reward_offset)
 
     def _train_reward(self, name: str) -> None:
         """Train the reward model on, from where it is."""

@@ -98,8 +98,14 @@ def learning_figure(results: Results) -> Figure | None:
             draw_learning_curves(ax, cells).set_title(title)
             ax.set_visible(any(cell["variant"] == variant for cell in cells))
             shown += cells
-    for ax in axes.flat:
-        ax.label_outer()
+    for column in axes.T:
+        visible = [ax for ax in column if ax.get_visible()]
+        for ax in visible[:-1]:
+            ax.set_xlabel("")
+        for ax in visible[-1:]:
+            ax.tick_params(labelbottom=True)
+    for ax in axes[:, 1:].flat:
+        ax.set_ylabel("")
     panel_letters([ax for ax in axes.flat if ax.get_visible()])
     _legend_of(figure, list(axes.flat), _with_counts(in_order(shown)), columns=3)
     return figure

@@ -11,7 +11,7 @@ from polite.analysis.benchmark_records import (
     PAIRWISE,
     PAPER_FORM,
     TRAININGS,
-    UNASKED,
+    unchanged,
 )
 from polite.plots.benchmark import in_order
 
@@ -54,14 +54,14 @@ def main_cells(results: Results, env: str) -> list[Cell]:
 def seen_cells(results: Results, env: str, place: Place, variant: str = "") -> list[Cell]:
     """The cells that belong to a loss and form; what learns from no preference fits any loss.
 
-    Beside a variant of the training stand floor and ceiling, which it does not change.
+    Beside a variant of the training stand floor and ceiling, where it does not change them.
     """
     loss, form = place
     return [
         cell
         for cell in results["cells"]
         if cell["env"] == env
-        and (cell["variant"] == variant or (not cell["variant"] and cell["method"] in UNASKED))
+        and cell["variant"] == ("" if unchanged(cell["method"], variant) else variant)
         and (cell["loss"] == loss or cell["method"] in ANY_LOSS)
         and (cell["method"] not in HIGHLIGHTED or cell["highlights"] == form)
     ]

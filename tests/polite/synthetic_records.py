@@ -114,6 +114,7 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
         ours = {"form": "choice", **raised}
         runs += [synthetic_run(method, 200, **ours) for method in ("highlights", "polite")]
         runs += [synthetic_run("preferences", q, **raised) for q in (262, 800)]
+        runs.append(synthetic_run("untrained", **raised))
     for seed in range(10, 10 + seeds):
         place = {"env": "Walker2d-v5", "seed": seed}
         runs.append(synthetic_run("polite", 200, form="choice", **place))

@@ -24,7 +24,7 @@ from polite.plots.benchmark import (
 )
 from polite.plots.benchmark_effects import draw_ablation, draw_improvement, pair_name
 from polite.plots.methods import HUES, look_of
-from polite.plots.style import STYLE
+from polite.plots.style import STYLE, WIDTH
 from polite.report import benchmark
 from polite.report.benchmark import CAPTIONS, render, write_benchmark_report
 from polite.report.benchmark_figures import (
@@ -251,8 +251,21 @@ def test_a_variant_that_compares_has_curves_of_its_own(results: dict[str, Any]) 
     for cell in cells:
         name = cell["label"] + (" (choice)" if cell["highlights"] == "choice" else "")
         np.testing.assert_allclose(lines[name], cell["curve"]["mean"])
-    raised = {says: ax.get_visible() for says, ax in titles.items() if "raised" in says}
-    assert raised == {says: "Walker2d" in says for says in raised} and len(raised) == 2
+
+
+def test_a_variant_of_one_env_leaves_no_panel_in_the_other_and_axes_keep_their_names(
+    results: dict[str, Any],
+) -> None:
+    for envs in (results["envs"], results["envs"][::-1]):
+        with rc_context(STYLE):
+            figure = learning_figure(results | {"envs": envs})
+        assert figure is not None and figure.get_figwidth() > WIDTH
+        raised = [ax for ax in figure.axes if "raised" in ax.get_title("left")]
+        (shown,) = (ax for ax in raised if ax.get_visible())
+        assert len(raised) == 2 and "Walker2d" in shown.get_title("left")
+        assert shown.get_xlabel() and shown.xaxis.get_tick_params()["labelbottom"]
+        letters = [ax.get_title("left")[:3] for ax in figure.axes if ax.get_visible()]
+        assert letters == [f"({letter})" for letter in "abcdefghi"[: len(letters)]]
 
 
 def test_returns_by_queries_are_on_a_log2_axis(ax: Axes, results: dict[str, Any]) -> None:

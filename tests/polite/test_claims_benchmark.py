@@ -274,6 +274,30 @@ def test_what_is_raised_is_judged_against_what_is_raised_and_against_itself() ->
     }
     assert {key: claims[key] for key in told} == pytest.approx(told)
     assert ("alone-raised", "raised") not in claims and ("alone-noisy", "raised") not in claims
+    later = {c["id"]: c["rule"] for c in judge_benchmark(records) if c["variant"] == "raised"}
+    assert all("Under 'raised' a rule was meant when" in rule for rule in later.values())
+
+
+def test_a_raised_random_reward_is_the_floor_of_what_is_raised_and_of_nothing_else() -> None:
+    where = {"form": "choice", "variant": "raised"}
+    alone, floor, ceiling = ("highlights", 200), ("untrained", 0), ("ground-truth", 0)
+    records = cells({floor: 100.0, ceiling: 4100.0, alone: 1100.0}, form="choice")
+
+    def told() -> dict[tuple[str, str], float]:
+        parts = summarise(records)["comparisons"]
+        return {(p["variant"], p["second"]): p["difference"]["mean"] for p in parts}
+
+    records += cells({alone: 2100.0}, **where)
+    assert told()["", "untrained reward"] == pytest.approx(1000.0)
+    assert ("raised", "untrained reward") not in told()
+    records += cells({floor: 900.0}, **where)
+    assert told()["raised", "untrained reward"] == pytest.approx(1200.0)
+    assert told()["", "untrained reward"] == pytest.approx(1000.0)
+    scores = {
+        (c["variant"], c["method"]): c["normalised"]["mean"] for c in summarise(records)["cells"]
+    }
+    assert scores["raised", "highlights"] == pytest.approx(0.5)  # of the plain ends
+    assert scores["", "highlights"] == pytest.approx(0.25)
 
 
 def test_the_bar_is_judged_with_few_epochs_too_and_controls_are_not() -> None:

@@ -75,6 +75,8 @@ def test_impossible_budgets_are_refused(change) -> None:
 
 @pytest.mark.parametrize("name", ["disagreement", "disputed-k-centre"])
 def test_one_reward_model_cannot_disagree(name: str) -> None:
+    with pytest.raises(InvalidValueError, match="finite reward_offset"):
+        replace(SMALL, reward_offset=np.nan)
     with pytest.raises(InvalidValueError, match="members ≥ 2"):
         replace(SMALL, sampler=PAIR_SAMPLERS[name])
     replace(SMALL, sampler=PAIR_SAMPLERS[name], members=2)
@@ -327,27 +329,25 @@ def test_every_schedule_serves_the_loop(strategy) -> None:
         assert session.at <= held < session.at + 32  # at the end of a rollout of 2 × 16 steps
 
 
-def test_a_normalised_reward_has_spread_1_over_the_segments_that_were_seen() -> None:
+def test_a_normalised_reward_spreads_by_1_about_its_offset_over_the_segments_so_far() -> None:
     for method, members in (("polite", 1), ("polite", 3), ("untrained", 1)):
-        result = learned(method, normalise=True, members=members)
+        result = learned(method, normalise=True, members=members, reward_offset=2.0)
         assert result.reward.scale.shape == (members,)
         assert not torch.equal(result.reward.scale, torch.ones(members))
-        if method == "polite" and members == 1:
+        if method == "polite":
             pool = result.feedback.pool
             paid = predict(result.reward, pool.observations, pool.actions)[pool.mask]
-            assert paid.mean() == pytest.approx(0.0, abs=1e-4)
-            assert paid.std() == pytest.approx(1.0, abs=1e-3)
+            assert paid.mean() == pytest.approx(2.0, abs=1e-4)
+            assert members > 1 or paid.std() == pytest.approx(1.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("normalised", [False, True])
 def test_a_raised_reward_pays_so_much_more_for_every_step_and_learns_the_same(normalised) -> None:
     """The first session comes before any training of the policy, so that it asks the same."""
     schedule = Schedule(sessions=1, segment_length=6, first_epochs=2)
-    for method in ("polite", "untrained"):
-        plain, raised = (
-            learned(method, normalise=normalised, reward_offset=offset, schedule=schedule)
-            for offset in (0.0, 1.5)
-        )
+    for method, members in (("polite", 1), ("polite", 3), ("untrained", 1)):
+        how = {"normalise": normalised, "members": members, "schedule": schedule}
+        plain, raised = (learned(method, reward_offset=offset, **how) for offset in (0.0, 1.5))
         for name, weights in plain.reward.named_parameters():
             assert torch.equal(weights, raised.reward.get_parameter(name))
         sizes = plain.reward.observation_size, plain.reward.action_size

@@ -130,7 +130,8 @@ def test_a_given_reward_model_pays_as_it_did_where_it_came_from(tmp_path) -> Non
 
 @pytest.mark.parametrize("normalised", [False, True])
 def test_a_given_reward_model_can_pay_more_for_every_step(tmp_path, normalised) -> None:
-    path = run_train(settings(tmp_path / "a", method="preferences", normalise=normalised))
+    pay = {"normalise": normalised, "reward_offset": 2.0}  # the given one's comes on top
+    path = run_train(settings(tmp_path / "a", method="preferences", **pay))
     reward = path.parent / "models" / "reward.pt"
     path = train(out=tmp_path / "b", reward=reward, reward_offset=1.5, **GIVEN)
     more = paid(path.parent / "models" / "reward.pt") - paid(reward)

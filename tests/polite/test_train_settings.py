@@ -199,7 +199,6 @@ def test_what_pebble_would_not_heed_is_refused(change) -> None:
             {"method": "given", "reward": Path("reward.pt"), "reward_net": (8,)},
             "reward_net: given has no use",
         ),
-        ({"reward_offset": np.inf}, "reward_offset: expected a finite"),
         (
             {"method": "given", "reward": Path("reward.pt"), "reward_offset": np.nan},
             "reward_offset: expected a finite",
@@ -299,6 +298,11 @@ def test_a_form_of_the_highlight_loss_is_taken_by_its_name() -> None:
     assert adapted.training.highlights == "choice"
     with pytest.raises(InvalidValueError, match="choice"):
         adapt_preset(WALKER, replace(CONFIG, highlights="chioce"))
+
+
+def test_an_infinite_offset_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match="reward_offset: expected a finite number"):
+        replace(CONFIG, reward_offset=np.inf)
 
 
 def test_the_reward_model_s_options_reach_it() -> None:

@@ -34,7 +34,7 @@ _ON_ANSWERS = (
 )
 _UNHEARD = {
     "ground-truth": (*_ON_ANSWERS, "reward_net", "members", "normalise", "reward_offset"),
-    "sac": (*_ON_ANSWERS, "reward_net"),
+    "sac": (*_ON_ANSWERS, "reward_net", "reward_offset"),
     "untrained": _ON_ANSWERS,
     "given": (*_ON_ANSWERS, "reward_net", "members", "normalise"),
     "preferences": _ON_HIGHLIGHTS,
@@ -98,9 +98,10 @@ class TrainConfig:
     """File of a reward model that is finished already, learned from people or by another run
     (models/reward.pt), for --method given."""
     reward_offset: float = 0.0
-    """Added to what the reward model pays for every step. Comparisons of clips of one length leave
-    this open; where the env ends episodes early, a reward model below 0 pays for ending them. With
-    --normalise, 2 lets it be below 0 hardly anywhere. Not for PEBBLE."""
+    """Added to what the reward model pays for every step; with --method given, on top of what it
+    was raised by where it comes from. Comparisons of clips of one length leave this open; where the
+    env ends episodes early, a reward model below 0 pays for ending them. With --normalise, 2 puts 0
+    two standard deviations below the average step of the clips so far. Not for PEBBLE."""
     preset: Literal["fast", "paper"] = "fast"
     """fast: highlights as a choice, a small reward model, PPO for a laptop; paper: the paper's
     highlights, reward model with dropout and PPO, all of which take far longer."""

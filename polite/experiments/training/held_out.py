@@ -39,7 +39,8 @@ def held_out_quality(
         segments: fresh ones of each policy.
 
     Returns:
-        `early`, where there was a session, and `late`; None if the true reward paid.
+        `early`, where there was a session, and `late`, of what is paid (so that an offset counts
+        where clips differ in length) but for `saturation`; None if the true reward paid.
     """
     if learned.reward is None:
         return None
