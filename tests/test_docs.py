@@ -16,11 +16,20 @@ def test_the_page_is_the_one_that_the_code_makes():
     assert make.PAGE.read_text("utf-8") == make.page(), "run python docs/make.py"
 
 
+def anchors(page):
+    """What its headings can be reached by."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
 def test_links_lead_somewhere():
     for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *ROOT.glob("assets/**/*.md")):
-        for link in re.findall(r"\]\(([^)#]+)\)", page.read_text("utf-8")):
+        text = page.read_text("utf-8")
+        for link, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)", text):
             if "://" not in link:
-                assert (page.parent / link).exists(), f"{page.name}: {link}"
+                target = page.parent / link if link else page
+                assert target.exists(), f"{page.name}: {link}"
+                assert not anchor or anchor in anchors(target), f"{page.name}: {link}#{anchor}"
 
 
 def test_the_code_of_the_python_page_runs(tmp_path, monkeypatch):
