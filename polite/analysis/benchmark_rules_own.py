@@ -44,9 +44,9 @@ AFTER_400: Final = (
     "those of what they are compared with, had been read.)"
 )
 RAISING: Final = (
-    "(Under 'raised' a rule was meant when highlights-200 and baselines without had been read, and "
-    "of two other seeds two trial runs each at two levels of the reward model, one of them about "
-    "the same; before any run under 'raised'.)"
+    "(For 'raised' written before any run under it; what is not raised had been read, and of two "
+    "other seeds two trial runs each, at two levels of the reward model, one of them about the "
+    "same.)"
 )
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "

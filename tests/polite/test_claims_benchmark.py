@@ -275,7 +275,7 @@ def test_what_is_raised_is_judged_against_what_is_raised_and_against_itself() ->
     assert {key: claims[key] for key in told} == pytest.approx(told)
     assert ("alone-raised", "raised") not in claims and ("alone-noisy", "raised") not in claims
     later = {c["id"]: c["rule"] for c in judge_benchmark(records) if c["variant"] == "raised"}
-    assert all("Under 'raised' a rule was meant when" in rule for rule in later.values())
+    assert all("For 'raised' written before any run under it" in rule for rule in later.values())
 
 
 def test_a_raised_random_reward_is_the_floor_of_what_is_raised_and_of_nothing_else() -> None:
