@@ -22,13 +22,11 @@ from polite.segments import cut_segments
 from polite.types import SegmentPool
 from socialnav_env import CorridorConfig
 
-LENGTH = 50
-PARTICIPANTS, COMPARISONS = 4, 8
+LENGTH, PARTICIPANTS, COMPARISONS = 50, 4, 8
 KINDS = {"collision": 8, "goal": 10, "near": 16}
 """How many clips of each kind are shown: somebody or a wall is hit, a goal is reached, a person is
 close. Clips of a later kind are of none before it."""
-APART = 6
-"""Clips for guide and practice, which no comparison shows: two of each kind."""
+APART = 6  # clips for guide and practice, which no comparison shows: two of each kind
 
 
 def kinds_of(pool: SegmentPool) -> dict[str, np.ndarray]:
@@ -42,17 +40,15 @@ def kinds_of(pool: SegmentPool) -> dict[str, np.ndarray]:
     return {"collision": collision, "goal": goal, "near": near & ~collision & ~goal}
 
 
-def choose(pool: SegmentPool) -> np.ndarray:
-    """Segments to compare, all kinds mixed, and then those apart."""
+def choose(pool: SegmentPool) -> np.ndarray | None:
+    """Segments to compare, all kinds mixed, and then those apart; None if one kind is too rare."""
     shown, apart = [], []
-    for name, is_kind in kinds_of(pool).items():
+    for each, is_kind in zip(KINDS.values(), kinds_of(pool).values(), strict=True):
         numbers = np.flatnonzero(is_kind)
-        each = KINDS[name]
-        if len(numbers) < each + 2:
-            raise SystemExit(f"{name}: expected {each + 2} clips, found {len(numbers)}; take more")
         shown.extend(numbers[:each])
         apart.extend(numbers[each : each + 2])
-    return np.array([*np.sort(shown), *apart])
+    full = len(shown) + len(apart) == sum(KINDS.values()) + APART
+    return np.array([*np.sort(shown), *apart]) if full else None
 
 
 def main() -> None:
@@ -66,8 +62,12 @@ def main() -> None:
     policy = load_policy(chosen.work / "models" / "policy-clips.pt")
     rng = np.random.default_rng(chosen.seed)
     trajectories = collect_along(study.config, policy, rng)
-    pool = cut_segments(trajectories, LENGTH, 1200, rng)
-    numbers = choose(pool)
+    for clips in (1200, 4800):  # how often the policy hits differs with the processor's rounding
+        pool = cut_segments(trajectories, LENGTH, clips, rng)
+        if (numbers := choose(pool)) is not None:
+            break
+    else:
+        raise SystemExit(f"too few clips of one kind, expected {KINDS} and two of each more")
     few = SegmentPool.stack([pool[int(number)] for number in numbers], LENGTH)
     compared = SegmentPool.stack([few[i] for i in range(len(few) - APART)], LENGTH)
     pairs = uniform_pairs(PARTICIPANTS * COMPARISONS, rng, compared)
