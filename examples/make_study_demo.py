@@ -40,15 +40,14 @@ def kinds_of(pool: SegmentPool) -> dict[str, np.ndarray]:
     return {"collision": collision, "goal": goal, "near": near & ~collision & ~goal}
 
 
-def choose(pool: SegmentPool) -> np.ndarray | None:
-    """Segments to compare, all kinds mixed, and then those apart; None if one kind is too rare."""
+def choose(pool: SegmentPool) -> np.ndarray:
+    """Segments to compare, all kinds mixed, and then those apart."""
     shown, apart = [], []
     for each, is_kind in zip(KINDS.values(), kinds_of(pool).values(), strict=True):
         numbers = np.flatnonzero(is_kind)
         shown.extend(numbers[:each])
         apart.extend(numbers[each : each + 2])
-    full = len(shown) + len(apart) == sum(KINDS.values()) + APART
-    return np.array([*np.sort(shown), *apart]) if full else None
+    return np.array([*np.sort(shown), *apart])
 
 
 def main() -> None:
@@ -64,11 +63,12 @@ def main() -> None:
     trajectories = collect_along(study.config, policy, rng)
     for clips in (1200, 4800):  # how often the policy hits differs with the processor's rounding
         pool = cut_segments(trajectories, LENGTH, clips, rng)
-        if (numbers := choose(pool)) is not None:
+        found = {name: int(is_kind.sum()) for name, is_kind in kinds_of(pool).items()}
+        if all(found[name] >= each + 2 for name, each in KINDS.items()):
             break
     else:
-        raise SystemExit(f"too few clips of one kind, expected {KINDS} and two of each more")
-    few = SegmentPool.stack([pool[int(number)] for number in numbers], LENGTH)
+        raise SystemExit(f"expected {KINDS} clips and two more of each, found {found}; take more")
+    few = SegmentPool.stack([pool[int(number)] for number in choose(pool)], LENGTH)
     compared = SegmentPool.stack([few[i] for i in range(len(few) - APART)], LENGTH)
     pairs = uniform_pairs(PARTICIPANTS * COMPARISONS, rng, compared)
     save_feedback(chosen.out / "pool", Feedback(few, pairs))

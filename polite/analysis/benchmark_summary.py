@@ -50,7 +50,8 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _UPDATED: Final = (UPDATED_800, UPDATED_262)
-RAISED_CELLS: Final = tuple(which._replace(variant=RAISED) for which in (ALONE_200, *PLAIN))
+_AS_THEY_ARE: Final = (ALONE_200, *PLAIN)
+_RAISED: Final = tuple(which._replace(variant=RAISED) for which in _AS_THEY_ARE)
 CONTROLS: Final = (
     (POLITE_200, SHUFFLED_200),
     *((POLITE_200, control) for control in _UPDATED),
@@ -60,8 +61,8 @@ CONTROLS: Final = (
     *combinations(WITH_FEW_EPOCHS, 2),
     (ALONE_200, NOISY_ALONE_200),
     (POLITE_200, NOISY_200),
-    *zip(RAISED_CELLS, (ALONE_200, *PLAIN), strict=True),
-    *combinations(RAISED_CELLS, 2),
+    *zip(_RAISED, _AS_THEY_ARE, strict=True),
+    *combinations(_RAISED, 2),
 )
 """What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
 more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them; what

@@ -73,10 +73,14 @@ def test_impossible_budgets_are_refused(change) -> None:
         replace(SMALL, method=METHODS["ground-truth"], **change)
 
 
+@pytest.mark.parametrize("offset", [np.nan, np.inf])
+def test_an_offset_that_is_not_finite_is_refused(offset) -> None:
+    with pytest.raises(InvalidValueError, match="finite reward_offset"):
+        replace(SMALL, reward_offset=offset)
+
+
 @pytest.mark.parametrize("name", ["disagreement", "disputed-k-centre"])
 def test_one_reward_model_cannot_disagree(name: str) -> None:
-    with pytest.raises(InvalidValueError, match="finite reward_offset"):
-        replace(SMALL, reward_offset=np.nan)
     with pytest.raises(InvalidValueError, match="members ≥ 2"):
         replace(SMALL, sampler=PAIR_SAMPLERS[name])
     replace(SMALL, sampler=PAIR_SAMPLERS[name], members=2)
