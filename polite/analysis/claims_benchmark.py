@@ -57,7 +57,9 @@ def _entry(view: View, rule: Rule) -> dict[str, Any]:
     condition = view.condition
     of_paper = condition.highlights in (PAPER_FORM, None) and not condition.variant
     kind = rule.kind if of_paper else "comparison"
-    words = f"{rule.rule} {RAISING}" if condition.variant == RAISED else rule.rule
+    # A rule for seeds that were added says itself what had been read before them.
+    raising = condition.variant == RAISED and not rule.first_seed
+    words = f"{rule.rule} {RAISING}" if raising else rule.rule
     claim = Claim(rule.id, kind, rule.text, rule.published, words, rule.judge(view))
     return claim.as_json() | {
         "env": view.env,

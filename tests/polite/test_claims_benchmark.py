@@ -600,6 +600,22 @@ def test_new_seeds_of_the_shuffled_control_are_judged_on_their_own() -> None:
     assert verdict([*records, *later], "control-shuffled")["measured"] == pytest.approx(0.0)
 
 
+def test_new_raised_seeds_are_judged_on_their_own_and_say_what_had_been_read() -> None:
+    raised: dict[str, Any] = {"form": "choice", "variant": "raised"}
+    alone = ("highlights", 200)
+    records = cells({alone: 900.0, B262: 500.0}, **raised)
+    assert "alone-equal-effort-anew" not in {claim["id"] for claim in judge_benchmark(records)}
+    later = cells({alone: 500.0, B262: 900.0}, **raised)
+    for record in later:
+        record["run"]["seed"] += 5
+    anew = verdict([*records, *later], "alone-equal-effort-anew")
+    assert (anew["verdict"], anew["measured"]) == ("not reproduced", pytest.approx(-400.0))
+    together = verdict([*records, *later], "alone-equal-effort")
+    assert together["measured"] == pytest.approx(0.0)
+    read_before = "For 'raised' written before any run under it"
+    assert read_before in together["rule"] and read_before not in anew["rule"]
+
+
 def test_envs_count_alike_however_many_runs_they_have() -> None:
     records = [r for r in synthetic_grid(4) if r["run"]["seed"] < 10]
     same = [r for r in records if r["run"]["seed"] < 4]

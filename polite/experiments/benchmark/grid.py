@@ -289,6 +289,9 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
                 ),
                 seeds=range(5, 10),
             ),
+            # Five seeds left the raised bar undecided at equal effort; the baseline spreads more.
+            Block(cells=_cell("highlights", 200, form="choice", **_RAISED), seeds=range(5, 10)),
+            Block(cells=_cell("preferences", 262, **_RAISED), seeds=range(5, 15)),
         ),
     ),
     "paper": (
