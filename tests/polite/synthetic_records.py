@@ -121,6 +121,10 @@ def synthetic_plan(seeds: int = 5) -> list[dict[str, Any]]:
         runs.append(synthetic_run("preferences", 262, **place))
         place = {"env": "HalfCheetah-v5", "form": "choice", "seed": seed - 5}
         runs += [synthetic_run("polite", 200, variant=v, **place) for v in ("", "shuffled")]
+    for seed in range(5, 5 + seeds):
+        raised = {"env": "Walker2d-v5", "variant": "raised", "seed": seed}
+        runs.append(synthetic_run("highlights", 200, form="choice", **raised))
+        runs.append(synthetic_run("preferences", 262, **raised))
     return runs
 
 
