@@ -56,11 +56,11 @@ class Condition:
 
     @property
     def title(self) -> str:
-        """The condition in words."""
+        """The condition in words, but for the preset, which all runs of a folder share."""
         form = {None: "", PAPER_FORM: ", the paper's highlights"}
         own = f", highlights by {self.highlights}"
         more = f", {self.variant}" if self.variant else ""
-        return f"{self.loss} loss{form.get(self.highlights, own)}{more}, preset {self.preset}"
+        return f"{self.loss} loss{form.get(self.highlights, own)}{more}"
 
 
 @dataclass(frozen=True)

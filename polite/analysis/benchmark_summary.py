@@ -50,23 +50,20 @@ TARGETS: Final = (0.5, 0.6, 0.7, 0.8, 0.9)
 HEADLINE: Final = Wanted("preferences", 800)
 """The baseline whose return the paper reaches with fewer queries."""
 _UPDATED: Final = (UPDATED_800, UPDATED_262)
-_AS_THEY_ARE: Final = (ALONE_200, *PLAIN)
-_RAISED: Final = tuple(which._replace(variant=RAISED) for which in _AS_THEY_ARE)
+_LEADERS: Final = (ALONE_200, *PLAIN)
+"""Who may lead, under any condition; each is compared with each."""
+_RAISED: Final = tuple(which._replace(variant=RAISED) for which in _LEADERS)
 CONTROLS: Final = (
     (POLITE_200, SHUFFLED_200),
     *((POLITE_200, control) for control in _UPDATED),
     *((control, control._replace(variant="")) for control in _UPDATED),
-    (UPDATED_800, UPDATED_262),
     *zip(WITH_FEW_EPOCHS, PLAIN, strict=True),
-    *combinations(WITH_FEW_EPOCHS, 2),
     (ALONE_200, NOISY_ALONE_200),
     (POLITE_200, NOISY_200),
-    *zip(_RAISED, _AS_THEY_ARE, strict=True),
-    *combinations(_RAISED, 2),
+    *zip(_RAISED, _LEADERS, strict=True),
 )
-"""What highlights say; the baseline at equal updates of r̂; what these updates do to it, and what
-more answers do once the updates are equal; what few epochs of r̂ do, and who leads under them; what
-careless highlights cost; what the level of r̂ does, and who leads once it is raised."""
+"""What highlights say; the baseline at equal updates of r̂, and what these updates do to it; what
+few epochs of r̂ do; what careless highlights cost; what the level of r̂ does."""
 
 
 def summarise(
@@ -146,7 +143,10 @@ def _comparisons(view: View, seed: int) -> Iterator[dict[str, Any]]:
 
 
 def _pairs(view: View) -> list[tuple[Wanted, Wanted]]:
-    """Who is compared with whom: headline, equal queries or effort, PEBBLE, ablations, controls."""
+    """Who is compared with whom: headline, equal queries or effort, PEBBLE, ablations, leaders.
+
+    The controls come last, beside the cells of the env itself.
+    """
     budgets = sorted({c.queries for c in view.grid.cells(view.env) if c.queries})
     pairs = [
         (Wanted("polite", 200), HEADLINE),
@@ -158,9 +158,11 @@ def _pairs(view: View) -> list[tuple[Wanted, Wanted]]:
         *((Wanted("highlights", q), Wanted("untrained", 0)) for q in budgets),
         *((Wanted("polite-pebble", q), Wanted("pebble", q)) for q in budgets),
         *((Wanted("pebble", q), Wanted("preferences", q)) for q in budgets),
+        *combinations(_LEADERS, 2),
         *(CONTROLS if not view.condition.variant else ()),
     ]
     highlighted = view.condition.highlights is not None
+    pairs = list(dict.fromkeys(pairs))
     return [p for p in pairs if any(w.method in HIGHLIGHTED for w in p) == highlighted]
 
 

@@ -38,9 +38,9 @@ def judge_grid(grid: Grid) -> list[dict[str, Any]]:
     """
     views = (
         (View(part, env, condition), rule)
-        for env in grid.envs
         for rule in RULES
         for part in (grid.since(rule.first_seed),)
+        for env in grid.envs
         for condition in _conditions(part, env, rule)
     )
     return [_entry(view, rule) for view, rule in views if view.known(*rule.wanted)]

@@ -73,8 +73,9 @@ def draw_improvement(ax: Axes, parts: Mapping[str, Parts], pairs: Sequence[str])
 
 
 def pair_name(part: Mapping[str, Any]) -> str:
-    """A comparison as the name of a row."""
-    return f"{part['first']} > {part['second']}"
+    """A comparison as the name of a row; a variant that both were trained under comes first."""
+    variant = f"{part['variant']}: " if part["variant"] else ""
+    return f"{variant}{part['first']} > {part['second']}"
 
 
 def draw_ablation(ax: Axes, groups: Sequence[tuple[str, Mapping[str, Any]]]) -> Axes:

@@ -119,16 +119,18 @@ def render(results: Results, pictures: list[Path]) -> str:
         section("rewards", "Answers and learned rewards", reward_table(results["cells"])),
         section("missing", "What is missing", _missing(results)),
     ]
-    return document(TITLE, _header(), element("main", *sections))
+    return document(TITLE, _header(results), element("main", *sections))
 
 
-def _header() -> Markup:
+def _header(results: Results) -> Markup:
     text = (
         " No human answered a query: an oracle compares the true returns of two clips and marks "
         "their best and worst moments, with the mistakes that the settings give it."
     )
     banner = element("p", element("strong", SIMULATED), text, class_="banner", role="note")
-    paper = element("p", "After Holk, Marta and Leite: POLITE, ICRA 2024.", class_="source")
+    presets = sorted({part["preset"] for part in (*results["cells"], *results["missing"])})
+    source = f"After Holk, Marta and Leite: POLITE, ICRA 2024. Preset {', '.join(presets)}."
+    paper = element("p", source, class_="source")
     return element("header", element("h1", TITLE), paper, banner)
 
 
@@ -147,5 +149,6 @@ def _claims(results: Results) -> list[Markup]:
         "highlights and in controls, equal effort, and what we ask of our own form.",
     }
     return [
-        benchmark_claims_table(results["claims"], kind, text) for kind, text in captions.items()
+        benchmark_claims_table(results["claims"], kind, text, results["envs"])
+        for kind, text in captions.items()
     ]

@@ -178,7 +178,7 @@ def aggregate_figure(results: Results) -> Figure | None:
 
 
 def improvement_figure(results: Results) -> Figure | None:
-    """Probability of improvement of every pair of cells, one panel an env.
+    """Probability of improvement of every pair of cells, one panel an env, variants last.
 
     Pairs without highlights stand in the first column of their loss.
     """
@@ -189,7 +189,7 @@ def improvement_figure(results: Results) -> Figure | None:
             place_title(place): [
                 part
                 for part in results["comparisons"]
-                if (part["env"], part["variant"]) == (env, "")
+                if part["env"] == env
                 and (part["loss"], part["highlights"] or first.get(part["loss"])) == place
                 and part["improvement"]["low"] is not None
             ]
@@ -198,6 +198,7 @@ def improvement_figure(results: Results) -> Figure | None:
         for env in envs
     }
     every = [part for parts in shown.values() for some in parts.values() for part in some]
+    every.sort(key=lambda part: part["variant"])
     pairs = list(dict.fromkeys(pair_name(part) for part in every))
     if not pairs:
         return None

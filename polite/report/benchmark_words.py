@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from polite.analysis.benchmark_records import PAPER_FORM, Condition
-from polite.report.html import Markup, element, join
+from polite.report.html import Markup, element, join, matrix
 from polite.report.tables import badge
 from polite.report.words import NBSP, number, stored
 
@@ -23,26 +23,51 @@ HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 
 
 def benchmark_findings(results: Results) -> Markup:
-    """The headline for each env and condition, our form's claims, gains, and the tally."""
+    """The tally, then a table for each question, with a column for each env."""
+    envs = results["envs"]
     parts = [
         element("p", _tally(results)),
-        element("h3", "Does POLITE with 200 queries match the baseline with 800?"),
-        _list(_headlines(results), "No env has two runs of both yet: undecided."),
-        element("h3", "Does our own form of the highlights meet its bar?"),
-        element(
-            "p",
+        _answer(
+            "Does POLITE with 200 queries match the baseline with 800?",
+            "Final true return; Welch's 95% interval of the difference, Fieller's of the ratio.",
+            ("Condition", *envs),
+            _headlines(results),
+        ),
+        _answer(
+            "Does our own form of the highlights meet its bar?",
             "Where seeds were added after a verdict had been read, the interval is not widened for "
             "it; what that costs is said under the claims.",
+            ("Criterion", *envs),
+            _judged(results, BAR),
         ),
-        _list(_judged(results, BAR), "No such cell is finished or planned."),
-        element("h3", "Is it what highlights say, or how much the reward model is trained?"),
-        _list(_judged(results, *CONTROLS), "The controls are neither finished nor planned."),
-        element("h3", "Do highlights in our form do alone, without the preferences?"),
-        _list(_judged(results, *ALONE), "No such cell is finished or planned."),
-        element("h3", "What do highlights buy at equal queries?"),
-        _list(_gains(results), "No pair of cells with equal queries is finished."),
+        _answer(
+            "Do highlights in our form do alone, without the preferences?",
+            "Their rules are below, with all others.",
+            ("Criterion", *envs),
+            _judged(results, *ALONE),
+        ),
+        _answer(
+            "Is it what highlights say, or how much the reward model is trained?",
+            "Controls: the same training but for what their name says.",
+            ("Control", *envs),
+            _judged(results, *CONTROLS),
+        ),
+        _answer(
+            "What do highlights buy at equal queries?",
+            "Final true return, POLITE minus the baseline.",
+            ("Queries and condition", *envs),
+            _gains(results),
+        ),
     ]
     return join(parts)
+
+
+def _answer(
+    question: str, words: str, head: Sequence[str], entries: Iterator[tuple[str, str, str]]
+) -> Markup:
+    found = list(entries)
+    none = element("p", "Undecided: no such pair of cells has runs yet.")
+    return join([element("h3", question), matrix(words, head, found) if found else none])
 
 
 def condition_words(part: Mapping[str, Any]) -> str:
@@ -89,39 +114,38 @@ def _verdicts(claims: Sequence[Mapping[str, Any]], holds: str) -> str:
     )
 
 
-def _headlines(results: Results) -> Iterator[Markup]:
+def _headlines(results: Results) -> Iterator[tuple[str, str, str]]:
     for part in results["comparisons"]:
-        if (part["first"], part["second"]) != HEADLINE:
-            continue
-        counts = f"{part['n'][0]} and {_count(part['n'][1], 'run')}"
-        polite, baseline = part["means"]
-        text = (
-            f": POLITE-200 {_relation(part['difference'])} baseline-800: {number(polite)} against "
-            f"{number(baseline)} (difference {stored(part['difference'])}, ratio "
-            f"{stored(part['ratio'])}, {counts})."
-        )
-        where = element("strong", f"{part['env']}, {condition_words(part)}")
-        yield element("li", where, text)
+        if (part["first"], part["second"]) == HEADLINE:
+            counts = f"{part['n'][0]} and {_count(part['n'][1], 'run')}"
+            polite, baseline = part["means"]
+            yield (
+                condition_words(part),
+                part["env"],
+                f"POLITE-200 {_relation(part['difference'])} baseline-800: {number(polite)} "
+                f"against {number(baseline)} (difference {stored(part['difference'])}, ratio "
+                f"{stored(part['ratio'])}, {counts}).",
+            )
 
 
-def _judged(results: Results, *groups: str) -> Iterator[Markup]:
+def _judged(results: Results, *groups: str) -> Iterator[tuple[str, str, str]]:
     """The claims whose names begin so, with each part that is judged."""
     for claim in results["claims"]:
         if claim["id"].startswith(groups):
-            text = f" {claim['env']}, {condition_words(claim)}: {claim['text']}"
             judged = [part for part in claim["parts"] if part["verdict"] != "shown"]
             numbers = "; ".join(f"{p['what']}: {stored(p, 'measured')}" for p in judged)
             missing = f" Missing: {', '.join(claim['missing'])}." if claim["missing"] else ""
-            yield element("li", verdict_badge(claim), f"{text}. {numbers}.{missing}")
+            text = f" {condition_words(claim)}. {numbers}.{missing}"
+            yield claim["text"], claim["env"], join([verdict_badge(claim), text])
 
 
-def _gains(results: Results) -> Iterator[Markup]:
+def _gains(results: Results) -> Iterator[tuple[str, str, str]]:
     for part in results["comparisons"]:
         first, second = (part[name].rsplit("-", 1) for name in ("first", "second"))
         if (first[0], second[0]) == ("POLITE", "baseline") and first[1:] == second[1:]:
-            text = f"{part['env']}, {condition_words(part)}, {first[1]} queries: POLITE minus "
-            text += f"baseline {stored(part['difference'])}. POLITE {_relation(part['difference'])}"
-            yield element("li", f"{text} the baseline.")
+            text = f"{stored(part['difference'])}. POLITE {_relation(part['difference'])}"
+            row = f"{first[1]}, {condition_words(part)}"
+            yield row, part["env"], f"{text} the baseline."
 
 
 def _relation(difference: Mapping[str, Any]) -> str:
@@ -130,11 +154,6 @@ def _relation(difference: Mapping[str, Any]) -> str:
     if difference["low"] > 0:
         return "beats"
     return "falls short of" if difference["high"] < 0 else "is not told apart from"
-
-
-def _list(points: Iterator[Markup], otherwise: str) -> Markup:
-    found = list(points)
-    return element("ul", *found) if found else element("p", otherwise)
 
 
 def _count(count: int, what: str) -> str:

@@ -45,6 +45,19 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]]) -> M
     return element("div", element("table", *inside), **frame)
 
 
+def matrix(caption: str, head: Sequence[str], entries: Iterable[tuple[str, str, str]]) -> Markup:
+    """A table of (row, column, content) entries; those of one cell stand below each other.
+
+    Rows come in the order in which they are first named; a cell without entries has a dash.
+    """
+    rows: dict[str, dict[str, list[Markup]]] = {}
+    for row, column, content in entries:
+        cells = rows.setdefault(row, {name: [] for name in head[1:]})
+        cells[column].append(element("div", content, class_="part"))
+    body = ((row, *(join(c) if c else "–" for c in cells.values())) for row, cells in rows.items())
+    return table(caption, head, body)
+
+
 def section(identifier: str, title: str, *children: str) -> Markup:
     """A section of the page with its heading."""
     return element("section", element("h2", title), *children, id=identifier)

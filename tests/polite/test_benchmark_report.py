@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -143,8 +145,17 @@ def test_our_claims_tell_every_part_that_is_judged(results: dict[str, Any]) -> N
     assert {name for name in ours if any(c["id"].startswith(name) for c in bars)} == set(ours)
     assert any(len(claim["parts"]) > 1 for claim in bars)
     assert all(f"{part['what']}: " in text for claim in bars for part in claim["parts"])
-    said = [f"{c['env']}, {condition_words(c)}: {c['text']}. " for c in bars]
-    assert len(set(said)) == len(said) and all(str(text).count(words) == 1 for words in said)
+    rows = re.findall(r'<tr><th scope="row">(.*?)</th>(.*?)</tr>', text)
+    for claim in bars:  # in the row of its text, in the column of its env, once a condition
+        (cells,) = [cells for said, cells in rows if said == escape(claim["text"], quote=False)]
+        column = re.findall("<td>(.*?)</td>", cells)[results["envs"].index(claim["env"])]
+        assert column.count(f"</span> {condition_words(claim)}. ") == 1
+
+
+def test_what_one_env_lacks_has_a_dash(results: dict[str, Any]) -> None:
+    raised = [c["text"] for c in results["claims"] if c["id"] == "alone-raised"]
+    text = benchmark_findings(results)
+    assert f'<tr><th scope="row">{raised[0]}</th><td>–</td><td><div' in text
 
 
 def test_records_of_other_settings_are_counted_on_the_page() -> None:
@@ -322,8 +333,13 @@ def test_improvement_shows_every_pair_where_only_our_form_was_run() -> None:
     figure = improvement_figure(results)
     assert figure is not None
     rows = {label.get_text() for label in figure.axes[0].get_yticklabels()}
-    pairs = {pair_name(part) for part in results["comparisons"] if not part["variant"]}
-    assert rows == pairs
+    names = [pair_name(part) for part in results["comparisons"]]
+    assert rows == set(names)
+    for env in results["envs"]:
+        told = [pair_name(part) for part in results["comparisons"] if part["env"] == env]
+        assert len(told) == len(set(told))  # one loss and one form: every pair is told once
+    pairs = {name for name in names if ": " not in name}
+    assert "raised: highlights-200 > baseline-262" in rows
     assert any(pair.startswith("baseline-800, equal-updates") for pair in pairs)
 
 

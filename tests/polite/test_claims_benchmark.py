@@ -361,9 +361,14 @@ def test_controls_are_compared_in_pairs_and_scored_by_the_plain_env() -> None:
             ("POLITE-200", fewer): -100.0,
             (most, "baseline-800"): 290.0,
             (fewer, "baseline-262"): 200.0,
-            (most, fewer): -110.0,
         }
     )
+    within = {
+        (row["first"], row["second"]): row["difference"]["mean"]
+        for row in results["comparisons"]
+        if row["variant"] == "equal-updates"
+    }
+    assert within == pytest.approx({("baseline-800", "baseline-262"): -110.0})
     scored = {
         (cell["label"], cell["variant"]): cell["normalised"]["mean"]
         for cell in results["cells"]
