@@ -31,7 +31,7 @@ def benchmark_claims_table(claims: Parts, kind: str, caption: str, envs: Sequenc
         for every in found.values()
         for claim in every
     )
-    return matrix(caption, "Claim, where the paper has it, and its rule", envs, entries)
+    return matrix(caption, ("Claim, where the paper has it, and its rule", *envs), entries)
 
 
 def _stated(claims: Parts) -> Markup:
