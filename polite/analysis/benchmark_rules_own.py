@@ -46,7 +46,7 @@ AFTER_400: Final = (
 RAISING: Final = (
     "(For 'raised' written before any run under it; what is not raised had been read, and of two "
     "other seeds two trial runs each, at two levels of the reward model, one of them about the "
-    "same.)"
+    "same. That HalfCheetah is judged under it too was decided when Walker2d had been read.)"
 )
 AT_EQUAL_UPDATES: Final = (
     "In this control the reward model is updated as often after each session as POLITE-200's, "

@@ -178,7 +178,8 @@ _SMOKE: Final[Mapping[str, Any]] = {
 _FREE: Final[Mapping[str, Any]] = {"variant": "no-termination", "envs": ("Walker2d-v5",)}
 """Walker2d alone: HalfCheetah has no early end, so that nothing would change."""
 _RAISED: Final[Mapping[str, Any]] = {"variant": "raised", "envs": ("Walker2d-v5",)}
-"""Walker2d alone: where no episode ends early, no level of r̂ is better than another."""
+"""Walker2d first: where no episode ends early, no level of r̂ is better than another."""
+_RAISED_TOO: Final[Mapping[str, Any]] = {"variant": "raised", "envs": ("HalfCheetah-v5",)}
 
 GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
     "smoke": (
@@ -292,6 +293,14 @@ GRIDS: Final[Mapping[str, tuple[tuple[Block, ...], ...]]] = {
             # Five seeds left the raised bar undecided at equal effort; the baseline spreads more.
             Block(cells=_cell("highlights", 200, form="choice", **_RAISED), seeds=range(5, 10)),
             Block(cells=_cell("preferences", 262, **_RAISED), seeds=range(5, 15)),
+            Block(  # whether one way to train, the raised one, will do in both envs
+                cells=(
+                    *_cell("highlights", 200, form="choice", **_RAISED_TOO),
+                    *_cell("preferences", 262, **_RAISED_TOO),
+                    *_cell("preferences", 800, **_RAISED_TOO),
+                ),
+                seeds=range(5),
+            ),
         ),
     ),
     "paper": (
