@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from polite.dataset import load_feedback as load_feedback
     from polite.dataset import save_feedback as save_feedback
     from polite.experiments.training.train import train as train
+    from polite.methods.pairs import PairRequest as PairRequest
     from polite.policies.policy import load_policy as load_policy
     from polite.policies.reward_wrapper import LearnedRewardWrapper as LearnedRewardWrapper
     from polite.rewards.files import load_reward_model as load_reward_model
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "polite.dataset": ("Feedback", "load_feedback", "save_feedback"),
     "polite.experiments.training.train": ("train",),
+    "polite.methods.pairs": ("PairRequest",),
     "polite.policies.policy": ("load_policy",),
     "polite.policies.reward_wrapper": ("LearnedRewardWrapper",),
     "polite.rewards.files": ("load_reward_model",),

@@ -109,7 +109,8 @@ def renderer(env_id: str, /, **settings: Any) -> Iterator[tuple[Render, float]]:
         if drawing is None:
             raise PoliteError(
                 f"{env_id}: expected an env with render_state(row, trail) and dt, or a MuJoCo env; "
-                "its recorded states cannot be drawn"
+                "its recorded states cannot be drawn. A study of such an env takes clips that you "
+                "recorded (polite study new --pool FOLDER --recorded FOLDER)"
             )
         yield drawing
 

@@ -125,6 +125,8 @@ def damage(error: Exception) -> str:
     """Why a file of tensors could not be read, without PyTorch's advice to run what is in it."""
     if isinstance(error, pickle.UnpicklingError):
         return "it holds no tensors, or more than tensors"
+    if isinstance(error, RuntimeError) and "PytorchStreamReader" in str(error):
+        return "it is cut short or damaged"  # PyTorch tells which line of its own found out
     return f"{type(error).__name__}: {one_line(error)}"
 
 

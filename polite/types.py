@@ -21,6 +21,7 @@ Booleans = NDArray[np.bool_]
 
 FIRST, SECOND, EQUAL, UNRELATED = (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.0, 0.0)
 PREFERENCES = (FIRST, SECOND, EQUAL, UNRELATED)
+_LARGEST_32 = float(np.finfo(np.float32).max)
 
 
 class PoliteError(Exception):
@@ -198,7 +199,7 @@ class Answer:
         return None if self.preferred is None else self.preferred ^ self.marks_other
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SegmentPool:
     """S segments as arrays, each padded with zeros after its last real step."""
 
@@ -257,6 +258,11 @@ class SegmentPool:
     def __len__(self) -> int:
         """The number of segments S."""
         return len(self.lengths)
+
+    def __repr__(self) -> str:
+        """Its sizes; the arrays would fill pages."""
+        rows, n, v = self.rewards.shape, self.observations.shape[2], self.actions.shape[2]
+        return f"SegmentPool(S={rows[0]}, m={rows[1]}, n={n}, v={v}, k={self.states.shape[2]})"
 
     def __getitem__(self, index: int) -> Segment:
         """A copy of one segment without its padding, so that it does not keep the pool alive."""
@@ -325,6 +331,18 @@ def check_finite(name: str, values: ArrayLike) -> None:
         raise NotFiniteError(
             f"{name}: {bad.sum()} of {bad.size} values are NaN or infinite; check the env"
         )
+
+
+def check_finite_32(name: str, values: ArrayLike) -> None:
+    """Refuse NaN, infinity, and what becomes infinite in 32 bits, in which networks compute.
+
+    Raises:
+        NotFiniteError: as `check_finite`, or with the largest size that was seen.
+    """
+    largest = np.abs(np.asarray(values)).max(initial=0.0)
+    if not largest <= _LARGEST_32:  # which NaN is not either
+        check_finite(name, values)
+        raise NotFiniteError(f"{name}: expected numbers that float32 can hold, got {largest:g}")
 
 
 def _pad(arrays: Sequence[NDArray[Any]], length: int, name: str) -> NDArray[Any]:

@@ -71,6 +71,7 @@ def summarise(
     planned: Sequence[Run] = (),
     *,
     made_otherwise: int = 0,
+    damaged: Sequence[str] = (),
     seed: int = 0,
 ) -> dict[str, Any]:
     """The content of a benchmark's results.json; the figures and the page read nothing else.
@@ -79,6 +80,7 @@ def summarise(
         records: finished runs in any order; any cell may lack runs or be absent.
         planned: `run` of every run that the grid shall hold, finished ones included; may be empty.
         made_otherwise: finished runs that are left out, because other settings made them.
+        damaged: files that should be records and are none, left out too.
         seed: of the bootstrap samples. Every interval starts from it, so that a new record changes
             the intervals of its own cell alone.
 
@@ -100,6 +102,7 @@ def summarise(
             "missing": waiting,
             "plan_known": bool(planned),
             "made_otherwise": made_otherwise,
+            "damaged": list(damaged),
         },
         "envs": grid.envs,
         "cells": [cell_part(grid, cell, seed) for cell, runs in grid.runs.items() if runs],

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from polite.analysis.benchmark_summary import TARGETS
 from polite.analysis.planning import StudyPlan, plan_study
 from polite.experiments.plan_config import PlanConfig
 from polite.files import read_json_object
@@ -78,12 +79,20 @@ def _check_heard(config: PlanConfig) -> None:
 def _queries_of(config: PlanConfig, folder: Path) -> tuple[int, str]:
     path = folder / "results.json"
     results = read_json_object(path, "run `polite benchmark` first")
+    shares = [f"{share:g}" for share in TARGETS]
+    if f"{config.share:g}" not in shares:
+        raise InvalidValueError(
+            f"share: a benchmark knows {', '.join(shares)}, got {config.share:g}"
+        )
+    envs = results.get("envs", [])
+    if config.env not in envs:
+        raise InvalidValueError(f"env: {path} has {', '.join(envs)}, got {config.env}")
     fitting = [row for row in results.get("queries_to_reach", []) if _fits(row, config)]
     if not fitting:
         raise InvalidValueError(
             f"{path}: expected {config.method} on {config.env} with its queries to reach "
-            f"{config.share:.0%} of the true reward's return, found none; choose another env, "
-            "method, loss, form of highlights or share, or give --queries"
+            f"{config.share:.0%} of the true reward's return, found none; choose another "
+            "method, loss or form of highlights, or give --queries"
         )
     (row,) = fitting
     if row["reached"] == "not reached":

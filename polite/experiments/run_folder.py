@@ -147,7 +147,10 @@ def _recognise(out: Path, marker: Path, run: dict[str, Any], resume: bool) -> No
         PoliteError: if not, with what to do.
     """
     if not resume:
-        raise PoliteError(f"{out} is not empty; give another folder, or --resume to go on there")
+        raise PoliteError(
+            f"{out} is not empty; give another folder, or go on there with --resume "
+            "(from Python resume=True)"
+        )
     if not marker.exists():
         raise PoliteError(f"{out} holds no run to go on with; give another folder")
     before = read_json_object(marker, "restore it, or give another folder")

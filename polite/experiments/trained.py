@@ -56,6 +56,8 @@ def read_trained(folder: Path) -> Trained:
     if (folder / "models" / POLICY).is_file():
         return _of_training(folder)
     if (folder / POLICY).is_file():
+        if folder.name == "models":
+            raise PoliteError(f"{folder} holds the models of a training; give {folder.parent}")
         return _of_grid(folder)
     raise PoliteError(
         f"{folder} holds no trained policy; give the folder of a finished `polite train`, or "

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from polite.dataset import Feedback
-from polite.methods.pairs import PairRequest
+from polite.methods.pairs import PairRequest, check_pairs
 from polite.types import Answer, Query, SegmentPool
 
 Teacher = Callable[[SegmentPool, Sequence[Query], np.random.Generator], list[Answer]]
@@ -60,10 +60,14 @@ class FeedbackHistory:
             teacher: answers them.
             rng: source of the pairs and of the teacher's mistakes.
             choose: the pairs; drawn uniformly if not given.
+
+        Raises:
+            InvalidValueError: if these are no pairs of theirs, or fewer or more.
         """
         recent = join_pools(self._pools[-self._recent_sessions :])
         before = sum(map(len, self._pools)) - len(recent)
-        pairs = choose(PairRequest(recent, self._asked_since(before), count, rng))
+        request = PairRequest(recent, self._asked_since(before), count, rng)
+        pairs = check_pairs(choose(request), request)
         answers = teacher(recent, pairs, rng)
         self._answers += [replace(a, query=a.query + len(self._queries)) for a in answers]
         self._queries += [Query(q.first + before, q.second + before) for q in pairs]

@@ -18,7 +18,7 @@ from polite.samplers import (
     segment_features,
     uniform_pairs,
 )
-from polite.types import Floats64, Query, SegmentPool
+from polite.types import Floats64, InvalidValueError, Query, SegmentPool
 
 CANDIDATES = 10
 """Pairs that are drawn for each that is asked (Christiano et al. 2017; PEBBLE)."""
@@ -96,6 +96,23 @@ PAIR_SAMPLERS: Final[Mapping[str, PairSampler]] = {
 """By the names that the command line uses."""
 NEED_ENSEMBLE: Final = (ask_disputed, ask_disputed_centres)
 """Those for which one network is not enough."""
+
+
+def check_pairs(pairs: Sequence[Query], request: PairRequest) -> list[Query]:
+    """The same pairs, looked at before anybody is asked.
+
+    Raises:
+        InvalidValueError: unless they are as many as requested, of segments of the pool.
+    """
+    found, size = list(pairs), len(request.pool)
+    if len(found) != request.count or not all(
+        isinstance(pair, Query) and max(pair.first, pair.second) < size for pair in found
+    ):
+        raise InvalidValueError(
+            f"sampler: expected {request.count} Queries of segments 0 to {size - 1}, got "
+            f"{len(found)}: {found[:3]} …"
+        )
+    return found
 
 
 def _opinions(

@@ -37,7 +37,7 @@ from polite.methods.checkpoint import (
 from polite.methods.config import Session
 from polite.methods.history import Teacher
 from polite.methods.novelty import StateEntropy
-from polite.methods.pairs import PairRequest, ask_uniformly
+from polite.methods.pairs import PairRequest, ask_uniformly, check_pairs
 from polite.methods.pebble_config import PebbleConfig
 from polite.methods.preference_learning import (
     Follow,
@@ -186,7 +186,8 @@ class _Learner:
             self._first_pool = pool
             self._ensemble.standardise(pool)
         sampler = self._config.sampler if self._held else ask_uniformly
-        pairs = sampler(PairRequest(pool, [], count, self._samples), self._ensemble)
+        request = PairRequest(pool, [], count, self._samples)
+        pairs = check_pairs(sampler(request, self._ensemble), request)
         asked, queries = only_asked(pool, pairs)
         if self._teacher is None:
             self._teacher = self._make_teacher(self._first_pool)

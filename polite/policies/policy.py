@@ -42,6 +42,11 @@ class Policy(ABC):
     weights: tuple[NDArray[np.float32], ...]
     activation: str
 
+    def __repr__(self) -> str:
+        """Its layers; the weights would fill pages."""
+        layers = [self.weights[0].shape[1], *(len(bias) for bias in self.weights[1::2])]
+        return f"{type(self).__name__}({'-'.join(map(str, layers))}, {self.activation})"
+
     @abstractmethod
     def mean_action(self, observations: NDArray[Any]) -> NDArray[np.float32]:
         """The most likely actions, within their bounds.
@@ -86,7 +91,7 @@ class Policy(ABC):
         return (actions[0] if single.ndim == 1 else actions), state
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class GaussianPolicy(Policy):
     """A diagonal Gaussian over actions, with the mean from a multi-layer perceptron.
 
@@ -127,7 +132,7 @@ class GaussianPolicy(Policy):
         return _perceptron(np.clip(scaled, -CLIP, CLIP), self.weights, self.activation)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SquashedGaussianPolicy(Policy):
     """A diagonal Gaussian whose draws are squashed by tanh and stretched over the actions (SAC's).
 
@@ -206,7 +211,10 @@ def load_policy(path: Path | str) -> Policy:
     if not Path(path).is_file():
         raise PoliteError(f"{path}: no such policy")
     try:
-        return unpack_policy(torch.load(path, weights_only=True))
+        content = torch.load(path, weights_only=True)
+        if "observation_size" in content:
+            raise ValueError("it is a reward model's")
+        return unpack_policy(content)
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         raise PoliteError(
             f"{path}: expected a policy that polite saved ({damage(error)})"

@@ -16,7 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from polite.policies.episodes import EpisodeTally
 from polite.policies.learned_reward import LearnedReward, RewardFunction
 from polite.policies.policy import GaussianPolicy
-from polite.policies.vec_env import GymnasiumVecEnv, check_bounds
+from polite.policies.vec_env import GymnasiumVecEnv, check_spaces
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class PpoTrainer:
         Raises:
             PoliteError: The actions have no finite bounds.
         """
-        check_bounds(env)
+        check_spaces(env)
         self._tally = EpisodeTally(env)
         beneath: VecEnv = LearnedReward(self._tally, reward) if reward else self._tally
         self._normalised = VecNormalize(beneath, gamma=config.discount)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -9,27 +10,32 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 
+from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import check_sizes, load_reward_model
-from polite.rewards.network import predict, raise_by
+from polite.rewards.network import RewardNet, predict, raise_by
 
 
 class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Pays r̂(s_t, a_t) of a reward model; the env's own reward is `info["true_reward"]`.
 
-    Wrap the env before its observations are normalised: r̂ has learned from raw ones.
+    What is given as a model is copied, and not trained on with the original. Wrap the env before
+    its observations are normalised: r̂ has learned from raw ones.
 
     Example:
         env = LearnedRewardWrapper(gym.make("Walker2d-v5"), "runs/walker/models/reward.pt")
     """
 
     def __init__(
-        self, env: gym.Env[Any, Any], reward_model: Path | str, reward_offset: float = 0.0
+        self,
+        env: gym.Env[Any, Any],
+        reward_model: Path | str | RewardNet | RewardEnsemble,
+        reward_offset: float = 0.0,
     ) -> None:
         """Wrap an env.
 
         Args:
             env: Its observations (n,) and actions (v,) are those that the model was trained on.
-            reward_model: The model's file.
+            reward_model: The model's file, or the model.
             reward_offset: Added to what it pays for every step: where the env ends episodes early,
                 a model below 0 pays for ending them.
 
@@ -38,11 +44,12 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
             ShapeError: The env's observations or actions are of other sizes.
             InvalidValueError: The offset is not finite.
         """
-        RecordConstructorArgs.__init__(
-            self, reward_model=str(reward_model), reward_offset=reward_offset
-        )
+        if isinstance(reward_model, RewardNet | RewardEnsemble):
+            self._model = deepcopy(reward_model)
+        else:
+            self._model, reward_model = load_reward_model(reward_model), str(reward_model)
+        RecordConstructorArgs.__init__(self, reward_model=reward_model, reward_offset=reward_offset)
         super().__init__(env)
-        self._model = load_reward_model(reward_model)
         raise_by(self._model, reward_offset)
         check_sizes(self._model, env.observation_space.shape, env.action_space.shape)
         self._observation: Any = None

@@ -20,7 +20,7 @@ from polite.policies.learned_reward import LearnedReward, RewardFunction
 from polite.policies.policy import SquashedGaussianPolicy
 from polite.policies.recorder import TrajectoryRecorder
 from polite.policies.replay import IntrinsicReward, RelabelledReplay
-from polite.policies.vec_env import GymnasiumVecEnv, check_bounds
+from polite.policies.vec_env import GymnasiumVecEnv, check_spaces
 from polite.types import InvalidValueError, Trajectory
 
 REPORT_EVERY = 200
@@ -104,7 +104,7 @@ class SacTrainer:
         Raises:
             PoliteError: The actions have no finite bounds.
         """
-        check_bounds(env)
+        check_spaces(env)
         self._config, self._reward = config, reward
         self._earlier: list[dict[str, float]] = []
         self._tally, self._before = EpisodeTally(env), 0

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from polite.env_ids import making
-from polite.types import NotFiniteError, PoliteError
+from polite.types import PoliteError, check_finite_32
 
 
 class GymnasiumVecEnv(VecEnv):
@@ -97,7 +97,7 @@ class GymnasiumVecEnv(VecEnv):
             values of `info`, elsewhere nothing: those of all envs are in `last_info`.
 
         Raises:
-            NotFiniteError: The env gave NaN or infinity.
+            NotFiniteError: The env gave NaN or infinity, or what float32 cannot hold.
         """
         observations, rewards, terminated, truncated, info = self.vector_env.step(self._actions)
         _check_finite(observations, rewards)
@@ -142,12 +142,10 @@ def _check_finite(*arrays: NDArray[Any]) -> None:
     """Refuse what would spread through a training before anybody sees it.
 
     Raises:
-        NotFiniteError: It is NaN or infinite.
+        NotFiniteError: It is NaN or infinite, or beyond float32.
     """
-    if not all(np.isfinite(array).all() for array in arrays):
-        raise NotFiniteError(
-            "the env gave an observation or reward that is NaN or infinite; check the env"
-        )
+    for array in arrays:
+        check_finite_32("the env's observations and rewards", array)
 
 
 def _values_of(info: dict[str, Any], n: int) -> dict[str, Any]:
@@ -184,15 +182,22 @@ def make_vec_env(env_id: str, count: int, /, seed: int, **settings: Any) -> Gymn
     return GymnasiumVecEnv(env, seed)
 
 
-def check_bounds(env: GymnasiumVecEnv) -> None:
-    """Refuse what stable-baselines3 cannot act in.
+def check_spaces(env: GymnasiumVecEnv) -> None:
+    """Refuse what stable-baselines3 cannot see or act in.
 
     Raises:
-        PoliteError: The actions have no finite bounds.
+        PoliteError: The observations are no Box, or the actions have no finite bounds or are whole
+            numbers.
     """
+    if not isinstance(env.observation_space, Box):
+        raise PoliteError(
+            f"expected observations that are vectors (a Box), got {env.observation_space}"
+        )
     space = env.action_space
     if not isinstance(space, Box) or not np.isfinite([space.low, space.high]).all():
         raise PoliteError(f"expected actions with finite bounds (a Box), got {space}")
+    if not np.issubdtype(space.dtype, np.floating):
+        raise PoliteError(f"expected continuous actions (a Box of floats), got {space}")
 
 
 def _has_mode(spec: EnvSpec) -> bool:

@@ -93,6 +93,8 @@ def _tally(results: Results) -> str:
         text += f", {runs['missing']} missing"
     if runs["made_otherwise"]:
         text += f", {runs['made_otherwise']} left out that other settings made"
+    if damaged := runs.get("damaged"):  # older results do not tell
+        text += f", {_count(len(damaged), 'record')} damaged ({', '.join(damaged)})"
     paper = [claim for claim in results["claims"] if claim["kind"] == "emergent"]
     own = [claim for claim in results["claims"] if claim["id"].startswith((BAR, *CONTROLS))]
     for claims, title, holds in (

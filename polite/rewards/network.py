@@ -21,7 +21,7 @@ from polite.types import (
     InvalidValueError,
     SegmentPool,
     ShapeError,
-    check_finite,
+    check_finite_32,
 )
 
 _CONSTANT = 1e-6  # an entry with less spread than this is only centred
@@ -237,7 +237,7 @@ def predict(
 
     Raises:
         ShapeError: if the arrays do not fit the net or each other.
-        NotFiniteError: if an observation or action is NaN or infinite.
+        NotFiniteError: if an observation or action is NaN or infinite, or beyond float32.
     """
     rows = np.shape(observations)[:-1]
     for name, array, size in (
@@ -248,7 +248,7 @@ def predict(
             raise ShapeError(
                 f"{name}: the reward model expects {(*rows, size)}, got {np.shape(array)}"
             )
-        check_finite(name, array)
+        check_finite_32(name, array)
     inputs = np.concatenate([observations, actions], axis=-1, dtype=np.float32, casting="same_kind")
     with torch.no_grad():
         return np.asarray(net.reward(torch.from_numpy(inputs)).numpy(), dtype=np.float32)

@@ -87,6 +87,27 @@ class DescribedPointEnv(PointEnv):
         return {"place": observation}, info
 
 
+class StepwisePointEnv(PointEnv):
+    """The same, with whole numbers for actions."""
+
+    action_space = gym.spaces.Box(0, 20, (1,), np.int64)
+
+
+class CodedPointEnv(PointEnv):
+    """The same, which observes signs as a vector of bits."""
+
+    observation_space = gym.spaces.MultiBinary(1)
+
+    def _signs(self):
+        return np.array([self.place > 0], np.int8)
+
+    def reset(self, *, seed=None, options=None):
+        return super().reset(seed=seed) and (self._signs(), {})
+
+    def step(self, action):
+        return self._signs(), *super().step(action)[1:]
+
+
 class WidePointEnv(PointEnv):
     """The same, with actions between -3 and 5."""
 
@@ -98,6 +119,8 @@ def register() -> None:
     if "Point-v0" not in gym.registry:
         gym.register("BoundlessPoint-v0", entry_point=BoundlessPointEnv, max_episode_steps=20)
         gym.register("DescribedPoint-v0", entry_point=DescribedPointEnv, max_episode_steps=20)
+        gym.register("StepwisePoint-v0", entry_point=StepwisePointEnv, max_episode_steps=20)
+        gym.register("CodedPoint-v0", entry_point=CodedPointEnv, max_episode_steps=20)
         gym.register("WidePoint-v0", entry_point=WidePointEnv, max_episode_steps=20)
         gym.register(
             "Short-v0", entry_point=CountingEnv, max_episode_steps=8, kwargs={"lengths": (1, 2, 7)}

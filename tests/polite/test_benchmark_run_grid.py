@@ -27,7 +27,7 @@ from polite.experiments.benchmark.execution import benchmark, run_grid
 from polite.experiments.benchmark.grid import Run, planned
 from polite.experiments.benchmark.live import Live, live_path
 from polite.experiments.benchmark.machine import machine
-from polite.experiments.benchmark.page import GRID, identity
+from polite.experiments.benchmark.page import GRID, identity, report_grid
 from polite.experiments.benchmark.record import (
     KEYS,
     answers_part,
@@ -455,6 +455,39 @@ def test_a_folder_takes_further_parts_of_the_same_preset_only(
     with pytest.raises(PoliteError, match="2 of 2 runs failed"):
         benchmark(replace(config, resume=True, seeds=(1,)))
     assert marks(folder) >= {GRID} and not marks(folder / "runs")
+
+
+def test_without_an_engine_no_folder_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(_: BenchmarkConfig) -> Any:
+        raise PoliteError("no Ray cluster")
+
+    monkeypatch.setattr(execution, "engine_of", none)
+    with pytest.raises(PoliteError, match="no Ray cluster"):
+        benchmark(BenchmarkConfig(out=tmp_path / "run", preset="smoke"))
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("spoil", [lambda text: text[:200], lambda text: "{}", lambda text: "[1]"])
+def test_a_damaged_record_is_named(folder: Path, spoil) -> None:
+    path = record_path(folder, RUNS[0])
+    write_json(path, record_of(RUNS[0]))
+    path.write_text(spoil(path.read_text("utf-8")), encoding="utf-8")
+    now = grid_status(folder, RUNS)
+    assert (now.damaged, now.left) == ((RUNS[0],), 4)
+    console = Console(file=StringIO(), width=200)
+    console.print(view(now))
+    assert f"damaged: {RUNS[0].name}" in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_a_damaged_record_is_on_the_page(folder: Path, capsys) -> None:
+    run = planned("fast")[0]
+    write_json(record_path(folder, run), record_of(run) | {"final_return": "abc"})
+    page = report_grid(folder)
+    name = record_path(folder, run).name
+    assert f"1 record damaged ({name})" in page.read_text("utf-8")
+    assert f"{name} is damaged and left out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("preset", ["smoke", "fast", "paper"])

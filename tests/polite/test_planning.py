@@ -154,8 +154,11 @@ def test_plan_from_a_benchmark(tmp_path: Path) -> None:
         run_plan(PlanConfig(benchmark=tmp_path, share=0.9, method="preferences"))
     with pytest.raises(InvalidValueError, match="400 queries, the most that"):
         run_plan(PlanConfig(benchmark=tmp_path, share=0.5, highlights="paper", loss="released"))
-    with pytest.raises(InvalidValueError, match="Ant-v5"):
+    with pytest.raises(InvalidValueError, match="has HalfCheetah-v5, Walker2d-v5, got Ant-v5"):
         run_plan(PlanConfig(benchmark=tmp_path, env="Ant-v5"))
+    for share in (6.0, 0.65):
+        with pytest.raises(InvalidValueError, match=f"knows 0.5, .* 0.9, got {share:g}"):
+            run_plan(PlanConfig(benchmark=tmp_path, share=share))
     with pytest.raises(PoliteError, match="polite benchmark"):
         run_plan(PlanConfig(benchmark=tmp_path / "nowhere"))
 

@@ -38,6 +38,34 @@ def make_policy(activation="tanh", seed=0):
     )
 
 
+def test_a_policy_is_shown_by_its_layers() -> None:
+    assert repr(make_policy()) == "GaussianPolicy(3-4-2, tanh)"
+
+
+def test_a_file_of_the_other_kind_says_what_it_is(tmp_path, reward_file) -> None:
+    path = tmp_path / "policy.pt"
+    save_policy(path, make_policy())
+    with pytest.raises(PoliteError, match=r"expected a reward model .*it is a policy's"):
+        load_reward_model(path)
+    with pytest.raises(PoliteError, match=r"expected a policy .*it is a reward model's"):
+        load_policy(reward_file)
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(PoliteError, match=r"\(it is cut short or damaged\)$"):
+        load_policy(path)
+
+
+@pytest.mark.parametrize("size", [1e39, -1e300])
+def test_what_float32_cannot_hold_is_refused(reward_file, size) -> None:
+    with pytest.raises(NotFiniteError, match="observations: expected numbers that float32"):
+        predict(load_reward_model(reward_file), np.full((1, 2), size), ZEROS)
+    env = vec_env()
+    env.reset()
+    env.vector_env.envs[0].steps = size
+    env.step_async(ZEROS)
+    with pytest.raises(NotFiniteError, match="env's observations and rewards: expected numbers"):
+        env.step_wait()
+
+
 # --- the adapter ---------------------------------------------------------------------------------
 
 
@@ -418,6 +446,18 @@ def test_an_offset_is_paid_on_top_for_every_step(reward_file) -> None:
         env.reset(seed=0)
         paid.append([env.step(ZEROS[0])[1] for _ in range(3)])
     np.testing.assert_allclose(np.subtract(*reversed(paid)), 0.75, atol=1e-6)
+
+
+def test_the_wrapper_takes_a_model_and_leaves_it_as_it_is(reward_file) -> None:
+    model = load_reward_model(reward_file)
+    paid = []
+    for reward in (reward_file, model):
+        env = LearnedRewardWrapper(CountingEnv(), reward, reward_offset=0.5)
+        env.reset(seed=0)
+        paid.append(env.step(ZEROS[0])[1])
+    assert paid[0] == paid[1]
+    seen = np.array([[0.0, 0.0]])
+    assert predict(model, seen, ZEROS) == predict(load_reward_model(reward_file), seen, ZEROS)
 
 
 def test_a_model_of_another_env_is_refused(reward_file) -> None:

@@ -17,7 +17,7 @@ from polite.experiments.trained import read_trained
 from polite.experiments.training import train as module
 from polite.experiments.training.config import TrainConfig
 from polite.experiments.training.held_out import held_out_quality
-from polite.experiments.training.own_teacher import as_function, checked, name_of
+from polite.experiments.training.own_functions import as_function, checked, name_of
 from polite.experiments.training.settings import pebble_settings
 from polite.experiments.training.train import run_train, train
 from polite.methods.config import METHODS
@@ -215,6 +215,104 @@ def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
         train(out=out, method=method, resume=True, **given)
 
 
+def extremes(request, model):
+    """The segments that the model pays most and least."""
+    paid = predict(model, request.pool.observations, request.pool.actions).sum(axis=1)
+    order = np.argsort(paid)
+    return [Query(order[-1 - k], order[k]) for k in range(request.count)]
+
+
+POINT = {"env": "Point-v0", "queries": 10, "steps": 128, "evaluation_episodes": 3}
+
+
+def test_a_sampler_of_one_s_own_chooses_from_the_second_session_on(tmp_path) -> None:
+    asked = []
+
+    def noted(request, model):
+        asked.append((request, extremes(request, model)))
+        return asked[-1][1]
+
+    path = train(out=tmp_path / "run", sampler=noted, sessions=2, **POINT)
+    config = json.loads(path.read_text("utf-8"))["config"]
+    assert config["sampler"] == f"{__name__}.{noted.__qualname__}"
+    ((request, pairs),) = asked
+    assert request.count == len(pairs) == 5
+    feedback = load_feedback(path.parent / "data")
+    assert feedback.queries[5:] == pairs
+    assert max(max(q.first, q.second) for q in feedback.queries[:5]) < 25  # before they were there
+    with pytest.raises(PoliteError, match="other settings"):
+        train(out=tmp_path / "run", sampler=extremes, sessions=2, resume=True, **POINT)
+
+
+@pytest.mark.parametrize(
+    "pairs", [[], [(0, 1)] * 5, [Query(0, 1)] * 4, [Query(0, 10**6)] * 5, [Query(0, 1)] * 6]
+)
+def test_what_is_no_choice_of_pairs_is_refused(tmp_path, pairs) -> None:
+    with pytest.raises(InvalidValueError, match="sampler: expected 5 Queries of segments 0 to"):
+        train(out=tmp_path / "run", sampler=lambda request, model: pairs, sessions=2, **POINT)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"method": "pebble"},
+        {"method": "ground-truth"},
+        {"schedule": "up-front"},
+        {"sampler": 3},
+    ],
+)
+def test_a_sampler_that_nobody_would_ask_is_refused(tmp_path, change) -> None:
+    with pytest.raises(InvalidValueError, match="sampler: "):
+        train(out=tmp_path / "run", **(POINT | {"sampler": extremes} | change))
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("method", "answer", "told"),
+    [
+        ("highlights", Answer(0, (1.0, 0.0)), True),
+        ("preferences", Answer(0, (0.0, 0.0)), True),
+        ("polite", Answer(0, (0.0, 0.0)), True),
+        ("polite", Answer(0, (1.0, 0.0)), False),
+        ("highlights", Answer(0, (1.0, 0.0), Highlight(9, 3)), False),
+    ],
+)
+def test_answers_that_teach_nothing_are_told(tmp_path, capsys, method, answer, told) -> None:
+    train(
+        out=tmp_path / "run",
+        method=method,
+        teacher=lambda pool, queries, rng: [replace(answer, query=k) for k in range(len(queries))],
+        **({} if method == "preferences" else {"highlight_length": 3}),
+        **POINT,
+    )
+    assert (f"anything that {method} learns from" in capsys.readouterr().err) == told
+
+
+def test_a_training_says_how_it_went(tmp_path, capsys) -> None:
+    path = run_train(settings(tmp_path))
+    results = json.loads(path.read_text("utf-8"))
+    share = results["reward_quality"]["late"]["pair_accuracy"]
+    judged = f"true return {results['evaluation']['return']:,.2f} over 3 episodes"
+    assert f"{judged}; r̂ puts {share:.0%} of fresh pairs" in capsys.readouterr().err
+    run_train(settings(tmp_path, out=tmp_path / "ceiling", method="ground-truth"))
+    told = capsys.readouterr().err
+    assert "over 3 episodes" in told and "r̂" not in told and "reward model" not in told
+
+
+@pytest.mark.parametrize("content", ["{", "{}", ""])
+def test_damaged_results_are_made_again(tmp_path, content) -> None:
+    path = run_train(settings(tmp_path))
+    before = path.read_bytes()
+    path.write_text(content, encoding="utf-8")
+    assert run_train(settings(tmp_path, resume=True)).read_bytes() == before
+
+
+def test_a_setting_of_the_env_that_json_cannot_hold_is_named(tmp_path) -> None:
+    with pytest.raises(InvalidValueError, match=r"env_settings: .*gravity = <function"):
+        train(out=tmp_path / "run", env="Point-v0", env_settings={"gravity": settings})
+    assert not (tmp_path / "run").exists()
+
+
 class Leaves(LastStep):
     """The same, who tosses coins too, and leaves once it has answered so many."""
 
@@ -269,7 +367,7 @@ def test_a_teacher_may_be_an_object_and_goes_by_its_name(tmp_path) -> None:
     oracle = replace(Oracle(), length=PRESETS["Walker2d"].training.highlight_length)
     assert as_function(oracle) == oracle.answer_queries
     assert name_of(oracle.answer_queries) == "polite.teachers.oracle.Oracle.answer_queries"
-    assert name_of(partial(partial(as_function, 1))).endswith("own_teacher.as_function")
+    assert name_of(partial(partial(as_function, 1))).endswith("own_functions.as_function")
     with pytest.raises(PoliteError, match=r"teacher: expected a name, a function .*got 7"):
         train(out=tmp_path / "run", teacher=7)
     with pytest.raises(PoliteError, match=r"teacher: expected one of polite, oracle.*got 'nobody'"):
@@ -562,6 +660,9 @@ def test_another_run_cannot_be_resumed(tmp_path) -> None:
         ({"env": "Endless-v0"}, "time limit"),
         ({"env": "DescribedPoint-v0"}, "vectors"),
         ({"env": "BoundlessPoint-v0"}, "bounds"),
+        ({"env": "StepwisePoint-v0"}, "continuous actions"),
+        ({"env": "CodedPoint-v0"}, "vectors"),
+        ({"env": "CodedPoint-v0", "method": "pebble"}, "vectors"),
         ({"env": "BoundlessPoint-v0", "method": "pebble"}, "bounds"),
         ({"env_settings": ("no_such_keyword=1",)}, "no_such_keyword"),
         ({"env_settings": ("count=1",)}, "count"),

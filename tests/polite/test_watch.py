@@ -324,6 +324,12 @@ def test_a_folder_without_a_policy_is_refused(tmp_path) -> None:
         watch(tmp_path)
 
 
+def test_the_folder_of_the_models_alone_says_which_one_to_give(tmp_path) -> None:
+    folder = training(tmp_path)
+    with pytest.raises(PoliteError, match=f"give {folder}$"):
+        watch(folder / "models")
+
+
 @pytest.mark.parametrize("content", [None, "{", "[]", "{}", '{"config": 3}', '{"config": {}}'])
 def test_a_damaged_training_is_a_one_line_error(tmp_path, content) -> None:
     folder = training(tmp_path)

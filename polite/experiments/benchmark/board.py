@@ -38,7 +38,9 @@ def view(now: GridStatus) -> Group:
     for item in now.running:
         table.add_row(*_row(item))
     failed = [Text(f"failed: {run.name}", style="red") for run in now.failed]
-    return Group(Text(summary_line(now), style="bold"), *([table] if now.running else []), *failed)
+    damaged = [Text(f"its record is damaged: {run.name}", style="red") for run in now.damaged]
+    rows = [table] if now.running else []
+    return Group(Text(summary_line(now), style="bold"), *rows, *failed, *damaged)
 
 
 def _row(item: Running) -> tuple[str, str, str, str]:

@@ -50,8 +50,11 @@ def benchmark(config: BenchmarkConfig) -> Path:
     if config.status:
         return show_status(config)
     runs = select(config)
-    with sole_run(config.out, identity(config.preset), config.resume, BUSY):
-        with log_of(config, runs) as log, engine_of(config) as engine:
+    with (
+        engine_of(config) as engine,  # first: without one no folder is made
+        sole_run(config.out, identity(config.preset), config.resume, BUSY),
+    ):
+        with log_of(config, runs) as log:
             failures = run_grid(config.out, runs, engine, log)
         page = report_grid(config.out)
     if failures:

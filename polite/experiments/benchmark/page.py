@@ -5,9 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+
 from polite.analysis.benchmark_summary import summarise
 from polite.experiments.benchmark.grid import planned
-from polite.experiments.benchmark.record import made_otherwise, read_records
+from polite.experiments.benchmark.record import (
+    is_damaged,
+    made_otherwise,
+    read_records,
+    record_path,
+)
 from polite.files import MARKER, read_json_object, write_json
 from polite.report.benchmark import write_benchmark_report
 from polite.types import PoliteError
@@ -40,7 +47,7 @@ def report_grid(folder: Path) -> Path:
     """Put the records of a benchmark together, draw its figures and write its page.
 
     What the preset's grid has and the folder has not is named as missing, and so is what was made
-    with other settings than today's.
+    with other settings than today's, or is damaged.
 
     Args:
         folder: the benchmark's.
@@ -52,10 +59,19 @@ def report_grid(folder: Path) -> Path:
         PoliteError: if the folder holds no grid, or another format's.
     """
     runs = planned(preset_in(folder))
+    damaged = [record_path(folder, run).name for run in runs if is_damaged(folder, run)]
     results = summarise(
         read_records(folder, runs),
         [run.as_dict() for run in runs],
         made_otherwise=sum(made_otherwise(folder, run) for run in runs),
+        damaged=damaged,
     )
+    for name in damaged:
+        Console(stderr=True).print(
+            f"{folder / 'runs' / name} is damaged and left out; `polite benchmark --resume` runs "
+            "it again",
+            soft_wrap=True,
+            highlight=False,
+        )
     write_json(folder / "results.json", results)
     return write_benchmark_report(folder, results)

@@ -53,6 +53,11 @@ def made_otherwise(folder: Path, run: Run) -> bool:
     return _whole_record(folder, run) is not None and read_record(folder, run) is None
 
 
+def is_damaged(folder: Path, run: Run) -> bool:
+    """Whether a file stands where the run's record should, and is none."""
+    return record_path(folder, run).exists() and _whole_record(folder, run) is None
+
+
 def _whole_record(folder: Path, run: Run) -> Record | None:
     """A run's record, whatever made it; None if there is none, or it is damaged or another's."""
     try:
@@ -60,6 +65,7 @@ def _whole_record(folder: Path, run: Run) -> Record | None:
     except PoliteError:
         return None
     whole = record.keys() >= KEYS - {"settings"}
+    whole = whole and isinstance(record["final_return"], float | int | None)
     return record if whole and record.get("run") == run.as_dict() else None
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from polite.experiments.benchmark.grid import Run
 from polite.experiments.benchmark.live import live_path, read_live
-from polite.experiments.benchmark.record import read_record
+from polite.experiments.benchmark.record import is_damaged, read_record
 from polite.experiments.workers import cores
 from polite.files import read_json_object
 from polite.types import PoliteError
@@ -51,6 +51,8 @@ class GridStatus:
     """Those that were tried and have none."""
     running: tuple[Running, ...]
     """Those that are being done."""
+    damaged: tuple[Run, ...]
+    """Those whose record is none; they wait for their turn, too."""
     left: int
     """Those that wait for their turn."""
     seconds_left: float | None
@@ -84,6 +86,7 @@ def grid_status(folder: Path, runs: Sequence[Run]) -> GridStatus:
         done=len(runs) - len(open_runs),
         failed=failed,
         running=running,
+        damaged=tuple(run for run in open_runs if is_damaged(folder, run)),
         left=len(waiting),
         seconds_left=_seconds_left(_seconds_taken(folder, runs), running, waiting),
     )

@@ -3,10 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from polite.types import InvalidValueError
+
+
+def env_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Keywords as NAME=VALUE.
+
+    Raises:
+        InvalidValueError: naming one that JSON, in which they are kept, cannot hold.
+    """
+    words = []
+    for name, value in settings.items():
+        try:
+            words.append(f"{name}={json.dumps(value)}")
+        except (TypeError, ValueError) as error:
+            raise InvalidValueError(
+                f"env_settings: expected what JSON can hold (numbers, words, lists, dicts), got "
+                f"{name} = {value!r}; register an env that is made with it"
+            ) from error
+    return tuple(words)
 
 
 def parse_env_settings(settings: Sequence[str]) -> dict[str, Any]:

@@ -111,6 +111,7 @@ def adapt_preset(preset: EnvPreset, config: TrainConfig) -> EnvPreset:
         raise InvalidValueError(
             f"highlight_length: expected less than a clip's {steps} steps, got "
             f"{training.highlight_length}"
+            + ("" if config.highlight_length else ", this env's own; give a shorter one")
         )
     oracle = preset.oracle and replace(preset.oracle, length=training.highlight_length)
     ppo = replace(preset.ppo, learning_rate=config.learning_rate or preset.ppo.learning_rate)

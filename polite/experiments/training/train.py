@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean
 from typing import Any
@@ -22,11 +22,17 @@ from polite.dataset import save_feedback
 from polite.experiments.run_folder import sole_run
 from polite.experiments.runner import make_progress, moves
 from polite.experiments.training.config import TrainConfig
-from polite.experiments.training.env_settings import parse_env_settings
+from polite.experiments.training.env_settings import env_words, parse_env_settings
 from polite.experiments.training.held_out import held_out_quality
 from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
-from polite.experiments.training.own_teacher import as_function, check_heard, checked, name_of
+from polite.experiments.training.own_functions import (
+    as_function,
+    check_heard,
+    check_sampler,
+    checked,
+    name_of,
+)
 from polite.experiments.training.remembered import remembered
 from polite.experiments.training.settings import (
     adapt_preset,
@@ -35,9 +41,10 @@ from polite.experiments.training.settings import (
     teacher_maker,
 )
 from polite.experiments.workers import one_torch_thread
-from polite.files import sha256, write_atomically, write_json
+from polite.files import read_json_object, sha256, write_atomically, write_json
 from polite.methods.given import train_on_given
 from polite.methods.history import Teacher
+from polite.methods.pairs import PairSampler
 from polite.methods.pebble import learn_pebble
 from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.methods.preference_learning import (
@@ -52,15 +59,19 @@ from polite.methods.presets import EnvPreset, preset_of
 from polite.methods.setup import vector_sizes
 from polite.plots.style import BLUE, STYLE, WIDTH, Look
 from polite.plots.training import draw_training
-from polite.policies.vec_env import check_bounds, make_vec_env
+from polite.policies.vec_env import check_spaces, make_vec_env
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import RewardNet, raise_by
+from polite.types import PoliteError
 
 RESULTS = "results.json"
 UNDECIDED = (
     "the teacher {} expressed a preference each time: what is too little for it is a share of an "
     "average clip's true return, which is negative here (see average_return)"
+)
+UNSAID = (
+    "no answer said anything that {} learns from: the reward model is as it was drawn, by chance"
 )
 ANSWERED = Path("data", "sessions")
 """What a teacher of the caller's own has said so far, in an unfinished training."""
@@ -72,7 +83,7 @@ RECENT = 20
 Results = dict[str, Any]
 
 
-def train(*, teacher: Any = "polite", **settings: Any) -> Path:
+def train(*, teacher: Any = "polite", sampler: Any = "uniform", **settings: Any) -> Path:
     """Train a policy: `run_train` with the fields of `TrainConfig` as keywords.
 
     Example:
@@ -84,6 +95,9 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
             to an `Answer` to each pair. The length of its highlights is the loss's to say
             (`highlight_length`). A training that is resumed knows it by its name alone: give the
             same.
+        sampler: which pairs are asked about: one of `TrainConfig.sampler`, or a function of your
+            own from a `polite.PairRequest` and the reward model so far to as many pairs as
+            requested. The first session's are drawn uniformly.
         **settings: the other fields of `TrainConfig`; `env_settings` may be a dict of keywords.
 
     Returns:
@@ -94,18 +108,29 @@ def train(*, teacher: Any = "polite", **settings: Any) -> Path:
         TypeError: if a keyword is unknown, or `out` is missing.
     """
     for name, value in settings.items():
-        if name in ("out", "reward") and value is not None:
+        if name in ("out", "reward") and (name == "out" or value is not None):
             settings[name] = Path(value)
         elif name == "env_settings" and isinstance(value, Mapping):
-            settings[name] = tuple(f"{key}={json.dumps(told)}" for key, told in value.items())
+            settings[name] = env_words(value)
         elif isinstance(value, np.generic | np.ndarray):  # kept as JSON, which knows neither
             settings[name] = value.tolist()
+    own_teacher = own_sampler = None
     if isinstance(teacher, str):
-        return run_train(TrainConfig(teacher=teacher, **settings))  # type: ignore[arg-type]
-    return run_train(TrainConfig(**settings), as_function(teacher))
+        settings["teacher"] = teacher
+    else:
+        own_teacher = as_function(teacher)
+    if isinstance(sampler, str):
+        settings["sampler"] = sampler
+    else:
+        own_sampler = sampler
+    return run_train(TrainConfig(**settings), own_teacher, own_sampler)
 
 
-def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
+def run_train(
+    config: TrainConfig,
+    own_teacher: Teacher | None = None,
+    own_sampler: PairSampler | None = None,
+) -> Path:
     """Train a policy and write everything into a folder.
 
     `results.json` is written last: a folder that has it is finished. The rest is `models/reward.pt`
@@ -115,6 +140,7 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
     Args:
         config: what to train.
         own_teacher: answers in place of the one that the settings name.
+        own_sampler: chooses the pairs in place of the one that the settings name.
 
     Returns:
         The path of `results.json`.
@@ -133,11 +159,14 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         length = preset.training.highlight_length if config.uses("highlight_length") else None
         answers = remembered(checked(own_teacher, length), config.out / ANSWERED)
         make_teacher = lambda _: answers  # noqa: E731
-    start = _learner(config, preset, make_env, make_teacher, model)
+    if own_sampler is not None:
+        check_sampler(config, own_sampler)
+        identity["sampler"] = name_of(own_sampler)
+    start = _learner(config, preset, make_env, make_teacher, own_sampler, model)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
         env.check_time_limit()
         vector_sizes(env)
-        check_bounds(env)
+        check_spaces(env)
         if model is not None:
             check_sizes(model, env.observation_space.shape, env.action_space.shape)
     with (
@@ -145,23 +174,56 @@ def run_train(config: TrainConfig, own_teacher: Teacher | None = None) -> Path:
         make_progress() as progress,
         one_torch_thread(),
     ):
-        if (config.out / RESULTS).exists():
+        if _is_finished(config.out):
             progress.console.print(f"{config.out} is finished already; nothing to do")
         else:
             bar = _Bar(progress)
             learned = start(bar.report, bar.follow)
             _write_learned(config.out, learned)
-            if _is_never_undecided(config, learned):
-                progress.console.print(UNDECIDED.format(config.teacher))
+            for remark in _remarks(config, learned):
+                progress.console.print(remark)
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
-            bar.report("judging the reward model", 1.0)
+            if learned.reward is not None:
+                bar.report("judging the reward model", 1.0)
             quality = held_out_quality(make_env, learned, config.seed)
             told = _results(learned, simulated=own_teacher is None and model is None)
             judgement = {"evaluation": judged, "reward_quality": quality}
             results = {"config": identity} | judgement | told
             _write_results(config.out, results)
+            progress.console.print(_in_a_line(results), highlight=False, soft_wrap=True)
     return config.out / RESULTS
+
+
+def _is_finished(folder: Path) -> bool:
+    """Whether a training's results are there, whole."""
+    try:
+        return "evaluation" in read_json_object(folder / RESULTS, "train again")
+    except PoliteError:
+        return False
+
+
+def _remarks(config: TrainConfig, learned: Learned) -> Iterator[str]:
+    """What whoever asked for the training would want to know of its answers."""
+    if _is_never_undecided(config, learned):
+        yield UNDECIDED.format(config.teacher)
+    if learned.feedback is None:
+        return
+    marks = any(a.positive or a.negative for a in learned.feedback.answers)
+    preferences = any(a.preferred is not None for a in learned.feedback.answers)
+    said = {"highlights": marks, "preferences": preferences, "pebble": preferences}
+    if not said.get(config.method, marks or preferences):
+        yield UNSAID.format(config.method)
+
+
+def _in_a_line(results: Results) -> str:
+    """How the policy and its reward model did, for who waits for it."""
+    judged, quality = results["evaluation"], results["reward_quality"]
+    text = f"true return {judged['return']:,.2f} over {judged['episodes']} episodes"
+    if quality and quality["late"]["pair_accuracy"] is not None:
+        share = quality["late"]["pair_accuracy"]
+        text += f"; r̂ puts {share:.0%} of fresh pairs of its clips in the true return's order"
+    return text
 
 
 def _is_never_undecided(config: TrainConfig, learned: Learned) -> bool:
@@ -187,6 +249,7 @@ def _learner(
     preset: EnvPreset,
     make_env: MakeEnv,
     make_teacher: MakeTeacher,
+    own_sampler: PairSampler | None,
     model: RewardNet | RewardEnsemble | None,
 ) -> Callable[[Report, Follow], Learned]:
     """The training, ready to start; whatever is wrong with its settings is said before it does."""
@@ -201,6 +264,7 @@ def _learner(
             make_env, model, preset.ppo, config.steps, seed, report, follow
         )
     learning = learning_config(config, preset)
+    learning = replace(learning, sampler=own_sampler or learning.sampler)
     return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 

@@ -1,8 +1,8 @@
-"""A teacher of the caller's own: what it is called, and what its answers have to be."""
+"""A teacher or sampler of the caller's own: what it is called, and what has to come from it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import Any
@@ -11,6 +11,8 @@ import numpy as np
 
 from polite.experiments.training.config import TrainConfig
 from polite.methods.history import Teacher
+from polite.methods.pairs import PairSampler
+from polite.methods.pebble_config import PEBBLE_METHODS
 from polite.types import Answer, InvalidValueError, Query, SegmentPool
 
 SIMULATED_ONLY = ("marks", "highlights_missed", "highlights_wrong_sign", "highlights_shifted")
@@ -32,12 +34,34 @@ def as_function(teacher: Any) -> Teacher:
     return function  # type: ignore[no-any-return]
 
 
-def name_of(teacher: Teacher) -> str:
+def name_of(function: Callable[..., Any]) -> str:
     """Module and name, for the record; a partial function goes by what it calls."""
-    while isinstance(teacher, partial):
-        teacher = teacher.func
-    named: Any = teacher if hasattr(teacher, "__qualname__") else type(teacher)
+    while isinstance(function, partial):
+        function = function.func
+    named: Any = function if hasattr(function, "__qualname__") else type(function)
     return f"{named.__module__}.{named.__qualname__}"
+
+
+def check_sampler(config: TrainConfig, sampler: PairSampler) -> None:
+    """Check that it is a function, and that the method would ask it.
+
+    Raises:
+        InvalidValueError: if not.
+    """
+    if not callable(sampler):
+        raise InvalidValueError(
+            "sampler: expected a name, or a function (request, reward model) -> pairs, got "
+            f"{sampler!r}"
+        )
+    if (
+        not config.uses("sampler")
+        or config.schedule == "up-front"
+        or config.method in PEBBLE_METHODS
+    ):
+        raise InvalidValueError(
+            f"sampler: {config.method}, asked by schedule {config.schedule}, chooses its pairs "
+            f"itself; leave it out, got {name_of(sampler)}"
+        )
 
 
 def check_heard(config: TrainConfig, teacher: Teacher) -> None:
