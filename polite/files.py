@@ -127,6 +127,8 @@ def damage(error: Exception) -> str:
         return "it holds no tensors, or more than tensors"
     if isinstance(error, RuntimeError) and "PytorchStreamReader" in str(error):
         return "it is cut short or damaged"  # PyTorch tells which line of its own found out
+    if isinstance(error, PoliteError):
+        return str(error)
     return f"{type(error).__name__}: {one_line(error)}"
 
 

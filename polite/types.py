@@ -342,7 +342,9 @@ def check_finite_32(name: str, values: ArrayLike) -> None:
     largest = np.abs(np.asarray(values)).max(initial=0.0)
     if not largest <= _LARGEST_32:  # which NaN is not either
         check_finite(name, values)
-        raise NotFiniteError(f"{name}: expected numbers that float32 can hold, got {largest:g}")
+        raise NotFiniteError(
+            f"{name}: expected numbers that float32 can hold, got {largest:g}; scale them"
+        )
 
 
 def _pad(arrays: Sequence[NDArray[Any]], length: int, name: str) -> NDArray[Any]:

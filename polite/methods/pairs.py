@@ -104,13 +104,13 @@ def check_pairs(pairs: Sequence[Query], request: PairRequest) -> list[Query]:
     Raises:
         InvalidValueError: unless they are as many as requested, of segments of the pool.
     """
-    found, size = list(pairs), len(request.pool)
+    found, size = list(pairs) if isinstance(pairs, Sequence) else [], len(request.pool)
     if len(found) != request.count or not all(
         isinstance(pair, Query) and max(pair.first, pair.second) < size for pair in found
     ):
         raise InvalidValueError(
             f"sampler: expected {request.count} Queries of segments 0 to {size - 1}, got "
-            f"{len(found)}: {found[:3]} …"
+            f"{len(found)}: {found[:3] or pairs!r} …"
         )
     return found
 

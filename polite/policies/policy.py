@@ -213,7 +213,7 @@ def load_policy(path: Path | str) -> Policy:
     try:
         content = torch.load(path, weights_only=True)
         if "observation_size" in content:
-            raise ValueError("it is a reward model's")
+            raise PoliteError("it is a reward model's")
         return unpack_policy(content)
     except Exception as error:  # a damaged file fails in a dozen ways inside PyTorch
         raise PoliteError(

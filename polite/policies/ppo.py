@@ -83,7 +83,8 @@ class PpoTrainer:
             reward: Replaces the true reward, if given.
 
         Raises:
-            PoliteError: The actions have no finite bounds.
+            PoliteError: Observations or actions are of a kind that cannot be learned in
+                (`check_spaces`).
         """
         check_spaces(env)
         self._tally = EpisodeTally(env)

@@ -13,13 +13,14 @@ from gymnasium.utils import RecordConstructorArgs
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import RewardNet, predict, raise_by
+from polite.types import InvalidValueError
 
 
 class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Pays r̂(s_t, a_t) of a reward model; the env's own reward is `info["true_reward"]`.
 
-    What is given as a model is copied, and not trained on with the original. Wrap the env before
-    its observations are normalised: r̂ has learned from raw ones.
+    A model is copied: training the original further does not change what is paid. Wrap the env
+    before its observations are normalised: r̂ has learned from raw ones.
 
     Example:
         env = LearnedRewardWrapper(gym.make("Walker2d-v5"), "runs/walker/models/reward.pt")
@@ -42,10 +43,14 @@ class LearnedRewardWrapper(gym.Wrapper[Any, Any, Any, Any], RecordConstructorArg
         Raises:
             PoliteError: There is no such model.
             ShapeError: The env's observations or actions are of other sizes.
-            InvalidValueError: The offset is not finite.
+            InvalidValueError: The offset is not finite, or the model is none.
         """
         if isinstance(reward_model, RewardNet | RewardEnsemble):
             self._model = deepcopy(reward_model)
+        elif not isinstance(reward_model, str | Path):
+            raise InvalidValueError(
+                f"reward_model: expected a reward model or its file, got {reward_model!r}"
+            )
         else:
             self._model, reward_model = load_reward_model(reward_model), str(reward_model)
         RecordConstructorArgs.__init__(self, reward_model=reward_model, reward_offset=reward_offset)

@@ -102,7 +102,8 @@ class SacTrainer:
             reward: Replaces the true reward, if given.
 
         Raises:
-            PoliteError: The actions have no finite bounds.
+            PoliteError: Observations or actions are of a kind that cannot be learned in
+                (`check_spaces`).
         """
         check_spaces(env)
         self._config, self._reward = config, reward

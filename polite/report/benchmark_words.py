@@ -18,6 +18,10 @@ BAR, CONTROLS = "bar-", ("control-", "more-answers")
 ALONE = ("highlights-for-preferences", "alone-")
 """How the names of claims begin that are about our form. (The paper's claims are judged under it as
 well, by the same numbers; their table has them.)"""
+ADDED = (
+    "Where seeds were added after a verdict had been read, the interval is not widened for it; "
+    "what that costs is said under the claims."
+)
 HOLDS = {"reproduced": "holds", "not reproduced": "does not hold"}
 """Verdicts on what the paper does not claim."""
 
@@ -27,6 +31,7 @@ def benchmark_findings(results: Results) -> Markup:
     envs = results["envs"]
     parts = [
         element("p", _tally(results)),
+        element("p", ADDED),
         _answer(
             "Does POLITE with 200 queries match the baseline with 800?",
             "Final true return; Welch's 95% interval of the difference, Fieller's of the ratio.",
@@ -35,8 +40,7 @@ def benchmark_findings(results: Results) -> Markup:
         ),
         _answer(
             "Does our own form of the highlights meet its bar?",
-            "Where seeds were added after a verdict had been read, the interval is not widened for "
-            "it; what that costs is said under the claims.",
+            "Highlights beside preferences. Its rules are below, with all others.",
             ("Criterion", *envs),
             _judged(results, BAR),
         ),

@@ -44,7 +44,7 @@ def load_reward_model(path: Path | str) -> RewardNet | RewardEnsemble:
     try:
         content = torch.load(path, weights_only=True)
         if "activation" in content:
-            raise ValueError("it is a policy's")
+            raise PoliteError("it is a policy's")
         if "members" in content:
             return RewardEnsemble([_network(content, state) for state in content["members"]])
         return _network(content, content["state"])

@@ -152,6 +152,20 @@ def test_our_claims_tell_every_part_that_is_judged(results: dict[str, Any]) -> N
         assert column.count(f"</span> {condition_words(claim)}. ") == 1
 
 
+def test_each_env_has_tables_of_its_own(results: dict[str, Any], folder: Path) -> None:
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Preset fast." in text
+    for env in results["envs"]:
+        for what, part in (
+            ("cells", "cells"),
+            ("pairs", "comparisons"),
+            ("missing runs", "missing"),
+        ):
+            (table,) = re.findall(f"<caption>{env}: {what}</caption>(.*?)</table>", text, re.DOTALL)
+            rows = table.count('<th scope="row">')
+            assert rows == sum(row["env"] == env for row in results[part]) > 0
+
+
 def test_what_one_env_lacks_has_a_dash(results: dict[str, Any]) -> None:
     raised = [c["text"] for c in results["claims"] if c["id"] == "alone-raised"]
     text = benchmark_findings(results)

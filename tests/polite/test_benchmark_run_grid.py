@@ -49,7 +49,7 @@ from polite.experiments.benchmark.settings import (
 )
 from polite.experiments.benchmark.status import failure_path, grid_status, times_path
 from polite.experiments.benchmark.tensorboard import TensorBoard
-from polite.experiments.run_folder import claim_folder, sole_run
+from polite.experiments.run_folder import claim_folder, is_left, sole_run
 from polite.files import marks, write_json
 from polite.methods.presets import PRESETS
 from polite.methods.schedules import EqualUpdates, Schedule
@@ -469,6 +469,28 @@ def test_without_an_engine_no_folder_is_made(
     assert not (tmp_path / "run").exists()
 
 
+def test_the_folder_is_let_go_of_after_the_engine_has_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = []
+
+    class Engine(Here):
+        def __enter__(self) -> Engine:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            free.append(is_left(tmp_path / "run"))
+
+    def fail(*_: object) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(execution, "engine_of", lambda _: Engine())
+    monkeypatch.setattr(execution, "run_grid", fail)
+    with pytest.raises(KeyboardInterrupt):
+        benchmark(BenchmarkConfig(out=tmp_path / "run", preset="smoke"))
+    assert free == [False] and is_left(tmp_path / "run")
+
+
 @pytest.mark.parametrize("spoil", [lambda text: text[:200], lambda text: "{}", lambda text: "[1]"])
 def test_a_damaged_record_is_named(folder: Path, spoil) -> None:
     path = record_path(folder, RUNS[0])
@@ -478,16 +500,17 @@ def test_a_damaged_record_is_named(folder: Path, spoil) -> None:
     assert (now.damaged, now.left) == ((RUNS[0],), 4)
     console = Console(file=StringIO(), width=200)
     console.print(view(now))
-    assert f"damaged: {RUNS[0].name}" in console.file.getvalue()  # type: ignore[attr-defined]
+    assert f"no record of it, though a file is there: {RUNS[0].name}" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
-def test_a_damaged_record_is_on_the_page(folder: Path, capsys) -> None:
+@pytest.mark.parametrize("spoiled", [{"final_return": "abc"}, {"curve": "abc"}, {"quality": 3}])
+def test_a_damaged_record_is_on_the_page(folder: Path, capsys, spoiled) -> None:
     run = planned("fast")[0]
-    write_json(record_path(folder, run), record_of(run) | {"final_return": "abc"})
+    write_json(record_path(folder, run), record_of(run) | spoiled)
     page = report_grid(folder)
     name = record_path(folder, run).name
     assert f"1 record damaged ({name})" in page.read_text("utf-8")
-    assert f"{name} is damaged and left out" in capsys.readouterr().err
+    assert f"{name} is no record of its run and left out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("preset", ["smoke", "fast", "paper"])

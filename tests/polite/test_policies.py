@@ -18,7 +18,7 @@ from polite.policies.reward_wrapper import LearnedRewardWrapper
 from polite.policies.vec_env import GymnasiumVecEnv, make_vec_env
 from polite.rewards.files import load_reward_model, save_reward_model
 from polite.rewards.network import RewardNet, RewardNetConfig, predict
-from polite.types import NotFiniteError, PoliteError, ShapeError
+from polite.types import InvalidValueError, NotFiniteError, PoliteError, ShapeError
 
 SMALL = PpoConfig(num_envs=2, rollout=16, batch_size=16, epochs=2, hidden=(8, 8))
 ZEROS = np.zeros((1, 2), np.float32)
@@ -458,6 +458,22 @@ def test_the_wrapper_takes_a_model_and_leaves_it_as_it_is(reward_file) -> None:
     assert paid[0] == paid[1]
     seen = np.array([[0.0, 0.0]])
     assert predict(model, seen, ZEROS) == predict(load_reward_model(reward_file), seen, ZEROS)
+
+
+def test_the_wrapper_is_in_the_spec_of_its_env(reward_file) -> None:
+    register()
+    for reward in (reward_file, load_reward_model(reward_file)):
+        paid = []
+        env = LearnedRewardWrapper(gym.make("Counting-v0"), reward, reward_offset=0.5)
+        for made in (env, gym.make(env.spec)):
+            made.reset(seed=0)
+            paid.append(made.step(ZEROS[0])[1])
+        assert paid[0] == paid[1]
+
+
+def test_what_is_no_reward_model_is_refused() -> None:
+    with pytest.raises(InvalidValueError, match="reward_model: expected a reward model or its fi"):
+        LearnedRewardWrapper(CountingEnv(), None)
 
 
 def test_a_model_of_another_env_is_refused(reward_file) -> None:

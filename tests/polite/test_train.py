@@ -217,8 +217,9 @@ def test_a_teacher_of_one_s_own_answers(tmp_path, method) -> None:
 
 def extremes(request, model):
     """The segments that the model pays most and least."""
-    paid = predict(model, request.pool.observations, request.pool.actions).sum(axis=1)
-    order = np.argsort(paid)
+    pool = request.pool
+    paid = predict(model, pool.observations, pool.actions) * pool.mask  # without the padding
+    order = np.argsort(paid.sum(axis=1))
     return [Query(order[-1 - k], order[k]) for k in range(request.count)]
 
 
@@ -245,7 +246,8 @@ def test_a_sampler_of_one_s_own_chooses_from_the_second_session_on(tmp_path) -> 
 
 
 @pytest.mark.parametrize(
-    "pairs", [[], [(0, 1)] * 5, [Query(0, 1)] * 4, [Query(0, 10**6)] * 5, [Query(0, 1)] * 6]
+    "pairs",
+    [None, 5, [], [(0, 1)] * 5, [Query(0, 1)] * 4, [Query(0, 10**6)] * 5, [Query(0, 1)] * 6],
 )
 def test_what_is_no_choice_of_pairs_is_refused(tmp_path, pairs) -> None:
     with pytest.raises(InvalidValueError, match="sampler: expected 5 Queries of segments 0 to"):
@@ -259,12 +261,26 @@ def test_what_is_no_choice_of_pairs_is_refused(tmp_path, pairs) -> None:
         {"method": "ground-truth"},
         {"schedule": "up-front"},
         {"sampler": 3},
+        {"sampler": None},
+        {"sessions": 1},
+        {"queries": 1},
     ],
 )
 def test_a_sampler_that_nobody_would_ask_is_refused(tmp_path, change) -> None:
     with pytest.raises(InvalidValueError, match="sampler: "):
         train(out=tmp_path / "run", **(POINT | {"sampler": extremes} | change))
     assert not (tmp_path / "run").exists()
+
+
+def test_a_sampler_may_be_an_object_that_is_empty(tmp_path) -> None:
+    class Recorder(list):
+        def __call__(self, request, model):
+            self.append(request)
+            return extremes(request, model)
+
+    recorder = Recorder()
+    train(out=tmp_path / "run", sampler=recorder, sessions=3, **POINT)
+    assert len(recorder) == 2
 
 
 @pytest.mark.parametrize(
@@ -274,6 +290,9 @@ def test_a_sampler_that_nobody_would_ask_is_refused(tmp_path, change) -> None:
         ("preferences", Answer(0, (0.0, 0.0)), True),
         ("polite", Answer(0, (0.0, 0.0)), True),
         ("polite", Answer(0, (1.0, 0.0)), False),
+        ("preferences", Answer(0, (0.5, 0.5)), False),
+        ("pebble", Answer(0, (0.0, 0.0)), True),
+        ("pebble", Answer(0, (0.5, 0.5)), False),
         ("highlights", Answer(0, (1.0, 0.0), Highlight(9, 3)), False),
     ],
 )
@@ -282,7 +301,7 @@ def test_answers_that_teach_nothing_are_told(tmp_path, capsys, method, answer, t
         out=tmp_path / "run",
         method=method,
         teacher=lambda pool, queries, rng: [replace(answer, query=k) for k in range(len(queries))],
-        **({} if method == "preferences" else {"highlight_length": 3}),
+        **({"highlight_length": 3} if method in ("polite", "highlights") else {}),
         **POINT,
     )
     assert (f"anything that {method} learns from" in capsys.readouterr().err) == told
@@ -299,11 +318,14 @@ def test_a_training_says_how_it_went(tmp_path, capsys) -> None:
     assert "over 3 episodes" in told and "r̂" not in told and "reward model" not in told
 
 
-@pytest.mark.parametrize("content", ["{", "{}", ""])
-def test_damaged_results_are_made_again(tmp_path, content) -> None:
+@pytest.mark.parametrize("content", ["{", "[]", ""])
+def test_damaged_results_are_made_again_when_they_are_deleted(tmp_path, content) -> None:
     path = run_train(settings(tmp_path))
     before = path.read_bytes()
     path.write_text(content, encoding="utf-8")
+    with pytest.raises(PoliteError, match=r"results\.json: .*delete it, and --resume"):
+        run_train(settings(tmp_path, resume=True))
+    path.unlink()
     assert run_train(settings(tmp_path, resume=True)).read_bytes() == before
 
 
@@ -311,6 +333,13 @@ def test_a_setting_of_the_env_that_json_cannot_hold_is_named(tmp_path) -> None:
     with pytest.raises(InvalidValueError, match=r"env_settings: .*gravity = <function"):
         train(out=tmp_path / "run", env="Point-v0", env_settings={"gravity": settings})
     assert not (tmp_path / "run").exists()
+
+
+def test_a_setting_of_the_env_may_be_numpy_s(tmp_path) -> None:
+    train(
+        out=tmp_path / "run", env="Short-v0", env_settings={"spoiled_at": np.int64(-1)},
+        method="untrained", steps=64, evaluation_episodes=1,
+    )  # fmt: skip
 
 
 class Leaves(LastStep):

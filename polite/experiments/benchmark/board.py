@@ -38,7 +38,10 @@ def view(now: GridStatus) -> Group:
     for item in now.running:
         table.add_row(*_row(item))
     failed = [Text(f"failed: {run.name}", style="red") for run in now.failed]
-    damaged = [Text(f"its record is damaged: {run.name}", style="red") for run in now.damaged]
+    damaged = [
+        Text(f"no record of it, though a file is there: {run.name}", style="red")
+        for run in now.damaged
+    ]
     rows = [table] if now.running else []
     return Group(Text(summary_line(now), style="bold"), *rows, *failed, *damaged)
 

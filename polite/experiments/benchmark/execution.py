@@ -5,7 +5,7 @@ from __future__ import annotations
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -50,12 +50,10 @@ def benchmark(config: BenchmarkConfig) -> Path:
     if config.status:
         return show_status(config)
     runs = select(config)
-    with (
-        engine_of(config) as engine,  # first: without one no folder is made
-        sole_run(config.out, identity(config.preset), config.resume, BUSY),
-    ):
-        with log_of(config, runs) as log:
-            failures = run_grid(config.out, runs, engine, log)
+    engine = engine_of(config)  # before the folder is made: there may be none
+    with sole_run(config.out, identity(config.preset), config.resume, BUSY):
+        with log_of(config, runs) as log, engine as workers:
+            failures = run_grid(config.out, runs, workers, log)
         page = report_grid(config.out)
     if failures:
         raise PoliteError(
@@ -65,19 +63,19 @@ def benchmark(config: BenchmarkConfig) -> Path:
     return page
 
 
-@contextmanager
-def engine_of(config: BenchmarkConfig) -> Iterator[Engine]:
-    """The engine that was asked for."""
+def engine_of(config: BenchmarkConfig) -> AbstractContextManager[Engine]:
+    """The engine that was asked for.
+
+    Raises:
+        PoliteError: if it is not installed, or there is no cluster at the address.
+    """
     if config.engine == "local":
-        with LocalEngine(config.jobs or cores()) as local:
-            yield local
-        return
+        return LocalEngine(config.jobs or cores())
     try:
         from polite.experiments.benchmark.ray_engine import RayEngine
     except ModuleNotFoundError as error:
         raise PoliteError("--engine ray needs Ray: pip install 'socialnav-polite[ray]'") from error
-    with RayEngine(config.address) as cluster:
-        yield cluster
+    return RayEngine(config.address)
 
 
 def log_of(

@@ -68,8 +68,8 @@ def report_grid(folder: Path) -> Path:
     )
     for name in damaged:
         Console(stderr=True).print(
-            f"{folder / 'runs' / name} is damaged and left out; `polite benchmark --resume` runs "
-            "it again",
+            f"{folder / 'runs' / name} is no record of its run and left out; `polite benchmark "
+            "--resume` runs it again",
             soft_wrap=True,
             highlight=False,
         )

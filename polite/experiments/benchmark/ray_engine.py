@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, Self
 
 import ray
@@ -43,12 +43,17 @@ class RayEngine(AbstractContextManager["RayEngine"]):
     )
 
     def __init__(self, address: str) -> None:
-        """Set up.
+        """See whether anybody listens.
 
         Args:
             address: host:port, or "auto" for the cluster that this machine belongs to.
+
+        Raises:
+            PoliteError: if nobody does.
         """
         self._address = address
+        with self._naming():
+            _knock(address)
 
     def __enter__(self) -> Self:
         """Join the cluster.
@@ -57,19 +62,24 @@ class RayEngine(AbstractContextManager["RayEngine"]):
             PoliteError: if there is none.
         """
         threads = {"env_vars": dict.fromkeys(ONE_THREAD, "1")}
-        try:
-            _knock(self._address)
+        with self._naming():
             ray.init(self._address, runtime_env=threads, log_to_driver=False)
-        except (OSError, ValueError, RuntimeError) as error:
-            raise PoliteError(
-                f"no Ray cluster at {self._address} ({one_line(error)}); begin one with `ray start "
-                "--head`, or give its --address"
-            ) from error
         return self
 
     def __exit__(self, *_: object) -> None:
         """Leave the cluster, which ends what is still running."""
         ray.shutdown()
+
+    @contextmanager
+    def _naming(self) -> Iterator[None]:
+        """Turn what goes wrong in the body into what to do about it."""
+        try:
+            yield
+        except (OSError, ValueError, RuntimeError) as error:
+            raise PoliteError(
+                f"no Ray cluster at {self._address} ({one_line(error)}); begin one with `ray start "
+                "--head`, or give its --address"
+            ) from error
 
     def submit(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> Future[T]:
         """As `Engine.submit`; each call has a process of its own, as on one machine."""

@@ -31,6 +31,15 @@ KEYS: Final = frozenset(
     }
 )
 """Of a record."""
+_KINDS: Final = {
+    "curve": dict | None,
+    "final_return": float | int | None,
+    "evaluation": dict | None,
+    "answers": dict | None,
+    "quality": dict | None,
+    "sessions": list | None,
+}
+"""What some of them have to be."""
 POINTS = 50
 """At most so many points a curve."""
 LAST = 0.1
@@ -54,7 +63,7 @@ def made_otherwise(folder: Path, run: Run) -> bool:
 
 
 def is_damaged(folder: Path, run: Run) -> bool:
-    """Whether a file stands where the run's record should, and is none."""
+    """Whether a file stands where the run's record should, and is no record of it."""
     return record_path(folder, run).exists() and _whole_record(folder, run) is None
 
 
@@ -65,7 +74,7 @@ def _whole_record(folder: Path, run: Run) -> Record | None:
     except PoliteError:
         return None
     whole = record.keys() >= KEYS - {"settings"}
-    whole = whole and isinstance(record["final_return"], float | int | None)
+    whole = whole and all(isinstance(record[name], kind) for name, kind in _KINDS.items())
     return record if whole and record.get("run") == run.as_dict() else None
 
 

@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from polite.types import InvalidValueError
 
 
@@ -18,7 +20,8 @@ def env_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
     words = []
     for name, value in settings.items():
         try:
-            words.append(f"{name}={json.dumps(value)}")
+            told = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+            words.append(f"{name}={json.dumps(told)}")
         except (TypeError, ValueError) as error:
             raise InvalidValueError(
                 f"env_settings: expected what JSON can hold (numbers, words, lists, dicts), got "

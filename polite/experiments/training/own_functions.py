@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from polite.experiments.training.config import TrainConfig
+from polite.experiments.training.settings import learning_config
 from polite.methods.history import Teacher
 from polite.methods.pairs import PairSampler
 from polite.methods.pebble_config import PEBBLE_METHODS
+from polite.methods.presets import EnvPreset
 from polite.types import Answer, InvalidValueError, Query, SegmentPool
 
 SIMULATED_ONLY = ("marks", "highlights_missed", "highlights_wrong_sign", "highlights_shifted")
@@ -42,26 +44,41 @@ def name_of(function: Callable[..., Any]) -> str:
     return f"{named.__module__}.{named.__qualname__}"
 
 
-def check_sampler(config: TrainConfig, sampler: PairSampler) -> None:
-    """Check that it is a function, and that the method would ask it.
+def as_sampler(sampler: Any) -> PairSampler:
+    """The function that chooses pairs.
 
     Raises:
-        InvalidValueError: if not.
+        InvalidValueError: if it is none.
     """
     if not callable(sampler):
         raise InvalidValueError(
             "sampler: expected a name, or a function (request, reward model) -> pairs, got "
             f"{sampler!r}"
         )
-    if (
-        not config.uses("sampler")
-        or config.schedule == "up-front"
-        or config.method in PEBBLE_METHODS
-    ):
-        raise InvalidValueError(
-            f"sampler: {config.method}, asked by schedule {config.schedule}, chooses its pairs "
-            f"itself; leave it out, got {name_of(sampler)}"
-        )
+    return sampler  # type: ignore[no-any-return]
+
+
+def check_sampler(config: TrainConfig, preset: EnvPreset, sampler: PairSampler) -> None:
+    """Check that the training will ask it.
+
+    Raises:
+        InvalidValueError: if the method asks nobody, or chooses its pairs itself, or there is no
+            second session.
+    """
+    if why := _why_unasked(config, preset):
+        raise InvalidValueError(f"sampler: {why}; leave it out, got {name_of(sampler)}")
+
+
+def _why_unasked(config: TrainConfig, preset: EnvPreset) -> str:
+    """Why no sampler of one's own would be asked; empty if it would."""
+    if not config.uses("sampler"):
+        return f"{config.method} asks nobody"
+    if config.method in PEBBLE_METHODS:
+        return f"{config.method} has its own"
+    learning = learning_config(config, preset)
+    if len(learning.schedule.plan(learning.queries, learning.steps)) < 2:
+        return "the first session's pairs are drawn uniformly, and there is no second one"
+    return ""
 
 
 def check_heard(config: TrainConfig, teacher: Teacher) -> None:

@@ -28,6 +28,7 @@ from polite.experiments.training.judge import RATES, judge, outcomes
 from polite.experiments.training.models import save_models
 from polite.experiments.training.own_functions import (
     as_function,
+    as_sampler,
     check_heard,
     check_sampler,
     checked,
@@ -63,16 +64,14 @@ from polite.policies.vec_env import check_spaces, make_vec_env
 from polite.rewards.ensemble import RewardEnsemble
 from polite.rewards.files import check_sizes, load_reward_model
 from polite.rewards.network import RewardNet, raise_by
-from polite.types import PoliteError
+from polite.types import UNRELATED
 
 RESULTS = "results.json"
 UNDECIDED = (
     "the teacher {} expressed a preference each time: what is too little for it is a share of an "
     "average clip's true return, which is negative here (see average_return)"
 )
-UNSAID = (
-    "no answer said anything that {} learns from: the reward model is as it was drawn, by chance"
-)
+UNSAID = "no answer said anything that {} learns from: the reward model has learned nothing"
 ANSWERED = Path("data", "sessions")
 """What a teacher of the caller's own has said so far, in an unfinished training."""
 CHECKPOINT = Path("models", "pebble.pt")
@@ -122,7 +121,7 @@ def train(*, teacher: Any = "polite", sampler: Any = "uniform", **settings: Any)
     if isinstance(sampler, str):
         settings["sampler"] = sampler
     else:
-        own_sampler = sampler
+        own_sampler = as_sampler(sampler)
     return run_train(TrainConfig(**settings), own_teacher, own_sampler)
 
 
@@ -160,7 +159,7 @@ def run_train(
         answers = remembered(checked(own_teacher, length), config.out / ANSWERED)
         make_teacher = lambda _: answers  # noqa: E731
     if own_sampler is not None:
-        check_sampler(config, own_sampler)
+        check_sampler(config, preset, own_sampler)
         identity["sampler"] = name_of(own_sampler)
     start = _learner(config, preset, make_env, make_teacher, own_sampler, model)
     with closing(make_env(1, 0)) as env:  # tried once, before a folder is made
@@ -196,11 +195,16 @@ def run_train(
 
 
 def _is_finished(folder: Path) -> bool:
-    """Whether a training's results are there, whole."""
-    try:
-        return "evaluation" in read_json_object(folder / RESULTS, "train again")
-    except PoliteError:
-        return False
+    """Whether a training's results are there.
+
+    Raises:
+        PoliteError: if they are damaged: what was paid for in hours, or answered by people, is not
+            made again unasked.
+    """
+    path = folder / RESULTS
+    if path.exists():
+        read_json_object(path, "delete it, and --resume (resume=True) trains again")
+    return path.exists()
 
 
 def _remarks(config: TrainConfig, learned: Learned) -> Iterator[str]:
@@ -210,7 +214,7 @@ def _remarks(config: TrainConfig, learned: Learned) -> Iterator[str]:
     if learned.feedback is None:
         return
     marks = any(a.positive or a.negative for a in learned.feedback.answers)
-    preferences = any(a.preferred is not None for a in learned.feedback.answers)
+    preferences = any(a.preference != UNRELATED for a in learned.feedback.answers)
     said = {"highlights": marks, "preferences": preferences, "pebble": preferences}
     if not said.get(config.method, marks or preferences):
         yield UNSAID.format(config.method)
@@ -264,7 +268,8 @@ def _learner(
             make_env, model, preset.ppo, config.steps, seed, report, follow
         )
     learning = learning_config(config, preset)
-    learning = replace(learning, sampler=own_sampler or learning.sampler)
+    if own_sampler is not None:
+        learning = replace(learning, sampler=own_sampler)
     return lambda report, follow: learn(make_env, make_teacher, learning, seed, report, follow)
 
 
