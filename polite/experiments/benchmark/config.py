@@ -46,7 +46,8 @@ class BenchmarkConfig:
     Walker2d without its early end
     4: PEBBLE, and POLITE with 100
     5: five more seeds of the headline, on Walker2d ten more of POLITE-200 and baseline-262, on
-    HalfCheetah five more with shuffled highlights"""
+    HalfCheetah five more with shuffled highlights; with the reward model raised more seeds on
+    Walker2d, and HalfCheetah"""
     highlights: Names = ()
     """Only these forms of the highlight loss: paper, choice; none for runs without highlights."""
     loss: Names = ()
@@ -55,8 +56,8 @@ class BenchmarkConfig:
     """Only these variants: no-termination (Walker2d without its early end), shuffled (highlights
     dealt out anew among the answers of a session), noisy (some missed, some misplaced, some good
     and bad mixed up), equal-updates (the reward model is updated as often as with 200 queries),
-    few-epochs (it is trained for an eighth of the released epochs), raised (Walker2d; what it pays
-    is normalised, and raised by 2); none for runs that are none of these."""
+    few-epochs (it is trained for an eighth of the released epochs), raised (what it pays is
+    normalised, and raised by 2); none for runs that are none of these."""
     jobs: int = 0
     """Runs at a time, one core each; 0 for as many as there are cores. Ray counts its own."""
     engine: Literal["local", "ray"] = "local"
