@@ -100,10 +100,10 @@ def _tally(results: Results) -> str:
     if damaged := runs.get("damaged"):  # older results do not tell
         text += f", {_count(len(damaged), 'record')} damaged ({', '.join(damaged)})"
     paper = [claim for claim in results["claims"] if claim["kind"] == "emergent"]
-    own = [claim for claim in results["claims"] if claim["id"].startswith((BAR, *CONTROLS))]
+    own = [claim for claim in results["claims"] if claim["id"].startswith((BAR, *ALONE, *CONTROLS))]
     for claims, title, holds in (
         (paper, "The paper's claims, with its highlights, once for each loss", "reproduced"),
-        (own, "Our form's bar and its controls", "hold"),
+        (own, "Our form's bar, beside preferences and alone, and its controls", "hold"),
     ):
         text += f". {title}: {_verdicts([c for c in claims if not c['missing']], holds)}"
         waiting = [claim for claim in claims if claim["missing"]]
