@@ -102,6 +102,28 @@ def test_two_tabs_answer_once(visit, served):
     assert [(row.place, row.choice) for row in first.answers] == [(1, "left"), (2, "equal")]
 
 
+def test_what_another_tab_has_watched_is_told_before_it_is_answered(visit, served):
+    visit.expected.append("422")  # while the server's clock says that it is too soon
+    visitor = Visitor(visit(), served)
+    visitor.begin("baseline")
+    visitor.practise()
+    visitor.at("Comparison 1 of 5")
+    # As a tab leaves it whose own message is lost: the browser knows, the server does not.
+    visitor.page.evaluate(
+        """() => {
+            const key = Object.keys(localStorage).find((name) => name.endsWith(":draft:1"));
+            const draft = JSON.parse(localStorage.getItem(key));
+            const told = { ...draft, watched: true, watched_at: Date.now() };
+            localStorage.setItem(key, JSON.stringify(told));
+        }"""
+    )
+    visitor.page.reload()
+    visitor.at("Comparison 1 of 5")
+    visitor.choose("equal")
+    visitor.at("Comparison 2 of 5")
+    assert [(row.place, row.choice) for row in visitor.answers] == [(1, "equal")]
+
+
 def test_an_answer_outlives_a_server_that_is_down(visit, served):
     visit.expected += ["ERR_CONNECTION", "ERR_EMPTY_RESPONSE"]
     visitor = Visitor(visit(), served)

@@ -95,12 +95,14 @@ function keep(changes) {
 function watched() {
   const now = Date.now();
   keep({ watched: true, watched_at: now });
-  tellWatched(`/api/trials/${trial.place}/watched`, now);
+  tellWatched(trial, now);
 }
 
-async function tellWatched(path, time) {
+async function tellWatched(of, time) {
+  const path = `/api/trials/${of.place}/watched`;
   const { problem } = await outbox.send(uuid(), path, { client_time: time });
-  if (problem && !problem.body.elsewhere) refused(problem);
+  if (!problem) of.watched = true;
+  else if (!problem.body.elsewhere) refused(problem);
 }
 
 function chosen(choice) {
@@ -135,6 +137,8 @@ async function answer(marks) {
     ...{ shown_at, watched_at, chosen_at, replays },
     answered_at: Date.now(),
   };
+  // Another tab may have watched, and its message may be lost.
+  if (!trial.watched) tellWatched(trial, watched_at);
   const path = `/api/trials/${trial.place}/answers`;
   settle(await outbox.send(body.submission, path, body));
 }
