@@ -180,7 +180,7 @@ def run_train(
             learned = start(bar.report, bar.follow)
             _write_learned(config.out, learned)
             for remark in _remarks(config, learned):
-                progress.console.print(remark)
+                progress.console.print(remark, soft_wrap=True)
             bar.report(f"judging the policy over {config.evaluation_episodes} episodes", 1.0)
             judged = judge(make_env, learned.policy, config.evaluation_episodes, config.seed)
             if learned.reward is not None:
@@ -223,7 +223,8 @@ def _remarks(config: TrainConfig, learned: Learned) -> Iterator[str]:
 def _in_a_line(results: Results) -> str:
     """How the policy and its reward model did, for who waits for it."""
     judged, quality = results["evaluation"], results["reward_quality"]
-    text = f"true return {judged['return']:,.2f} over {judged['episodes']} episodes"
+    episodes = "1 episode" if judged["episodes"] == 1 else f"{judged['episodes']} episodes"
+    text = f"true return {judged['return']:,.2f} over {episodes}"
     if quality and quality["late"]["pair_accuracy"] is not None:
         share = quality["late"]["pair_accuracy"]
         text += f"; r̂ puts {share:.0%} of fresh pairs of its clips in the true return's order"
